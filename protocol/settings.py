@@ -1,0 +1,105 @@
+"""A settings file as a pydantic model, and every complaint about it in one line that names file and field."""
+
+from __future__ import annotations
+
+import json
+import tomllib
+from collections.abc import Iterator, Mapping
+from difflib import get_close_matches
+from pathlib import Path
+from typing import Any, TypeVar, get_args
+
+from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic_core import ErrorDetails
+
+from protocol.errors import ConfigError
+
+S = TypeVar("S", bound=BaseModel)
+Location = tuple[int | str, ...]
+
+_SHOWN_CHARACTERS = 40  # of a value that was refused
+
+
+class Settings(BaseModel):
+    """Base of every table of a settings file: immutable, no unknown keys, no number where a text stands or the other way round."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
+
+
+def load_toml(file: Path, model: type[S]) -> S:
+    """Return a TOML file as `model`; raises ConfigError that names file, field and remedy."""
+    try:
+        document = tomllib.loads(read_text(file))
+    except tomllib.TOMLDecodeError as error:
+        raise ConfigError(f"{file}: is not TOML: {error}") from None
+    return parse(file, document, model)
+
+
+def read_text(file: Path) -> str:
+    """Return what a settings file holds; raises ConfigError that names it."""
+    try:
+        return file.read_text(encoding="utf-8")
+    except OSError as error:
+        raise ConfigError(f"{file}: cannot be read: {error.strerror}") from None
+    except UnicodeDecodeError as error:
+        raise ConfigError(f"{file}: is not UTF-8 text: {error.reason} at byte {error.start}") from None
+
+
+def parse(file: Path, document: Mapping[str, Any], model: type[S]) -> S:
+    """Return a document that was read from `file` as `model`; raises ConfigError.
+
+    The document is validated as JSON, in which even strict models take a list for a tuple and a text for a path.
+    """
+    try:
+        return model.model_validate_json(json.dumps(document, default=str))
+    except ValidationError as error:
+        raise ConfigError(_complaint(file, error, model)) from None
+
+
+def _complaint(file: Path, error: ValidationError, model: type[BaseModel]) -> str:
+    """Return the first thing that is wrong, an unknown key before all others: it is often why another one is missing."""
+    errors = sorted(error.errors(include_url=False), key=lambda detail: detail["type"] != "extra_forbidden")
+    more = f" ({len(errors) - 1} more)" if len(errors) > 1 else ""
+    return f"{file}: {_sentence(errors[0], model)}{more}"
+
+
+def _sentence(detail: ErrorDetails, model: type[BaseModel]) -> str:
+    location = detail["loc"]
+    where = f"`{key_path(location)}`" if location else "the whole file"
+    match detail["type"]:
+        case "extra_forbidden":
+            return f"unknown key {where}; {_advice(location, model)}"
+        case "missing":
+            return f"{where} is missing"
+        case _:
+            value = repr(detail["input"])
+            shown = value if len(value) <= _SHOWN_CHARACTERS else f"{value[:_SHOWN_CHARACTERS]}..."
+            return f"{where}: {detail['msg'].removeprefix('Value error, ')}, not {shown}"
+
+
+def _advice(location: Location, model: type[BaseModel]) -> str:
+    """Return the nearest known key in an unknown key's table, or all of them where none is near."""
+    known = sorted({name for table in _tables_at(location[:-1], [model]) for name in table.model_fields})
+    near = get_close_matches(str(location[-1]), known, n=1)
+    return f"did you mean `{near[0]}`?" if near else f"known here: {', '.join(known)}"
+
+
+def _tables_at(location: Location, tables: list[type[BaseModel]]) -> list[type[BaseModel]]:
+    """Return the models that may stand at a location below `tables`; list positions, map keys and union tags lead no deeper."""
+    for part in location:
+        annotations = [table.model_fields[str(part)].annotation for table in tables if part in table.model_fields]
+        tables = [inner for annotation in annotations for inner in _models_in(annotation)] or tables
+    return tables
+
+
+def _models_in(annotation: Any) -> Iterator[type[BaseModel]]:
+    """Yield the models inside a type such as `tuple[Robot, ...]` or `Camera | None`."""
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        yield annotation
+    for argument in get_args(annotation):
+        yield from _models_in(argument)
+
+
+def key_path(location: Location) -> str:
+    """Return ('robots', 1, 'name') as robots[1].name."""
+    return "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in location).removeprefix(".")
