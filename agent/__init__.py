@@ -1,0 +1,1 @@
+"""The robot: from its camera's frames and its wheels' angles to a local map."""

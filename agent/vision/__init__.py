@@ -1,0 +1,1 @@
+"""Vision: pure functions on arrays, each step of the method in a file of its own."""

@@ -1,0 +1,79 @@
+"""Where the floor can lie in the picture: a smaller picture with, for every pixel, the place on the floor it would show.
+
+Floor removal works on this picture only. It is the camera's picture reduced by a whole factor, and cut to the part that can show floor.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from agent.vision.floor_projection import FloorProjection
+from protocol.errors import GeometryError
+from protocol.geometry import Array
+
+Picture = NDArray[np.uint8]
+
+WIDTH_PX = 640  # of the reduced picture; finer pixels cost time and tell nothing more about where the floor ends
+BODY_MARGIN = 1.06  # the own body is masked this much wider than it should appear: its rim is bright and the rig never exact
+REACH_IN_HEIGHTS = 4.6  # floor is judged out to this many camera heights; beyond (78 degrees off the axis) a pixel covers over 4 cm
+
+
+@dataclass(frozen=True, eq=False)
+class FloorView:
+    """The reduced picture's geometry. `crop` is its part that can show floor, in reduced pixels."""
+
+    scale: int  # camera pixels per reduced pixel
+    crop: tuple[slice, slice]  # rows, columns
+    origin_px: Array  # (2,) u, v of the crop's first pixel centre [camera px]
+    nadir_px: Array  # (2,) u, v of the point under the camera [view px]
+    valid: NDArray[np.bool_]  # (rows, cols): not own body, not beyond the reach, not outside the image circle
+    range_m: NDArray[np.float32]  # (rows, cols) distance from the body's origin along the floor; inf where there is no floor
+    bearing_rad: NDArray[np.float32]  # (rows, cols) from the body's x axis
+    body_range_m: float  # floor nearer than this is hidden by the own body
+    reach_m: float
+
+    def reduce(self, picture: Picture) -> Picture:
+        """Reduce a camera picture, shape (rows, cols, ...), to the view's own, averaging pixels."""
+        rows, cols = self.crop
+        full = picture[rows.start * self.scale : rows.stop * self.scale, cols.start * self.scale : cols.stop * self.scale]
+        size = (cols.stop - cols.start, rows.stop - rows.start)
+        return np.asarray(cv2.resize(full, size, interpolation=cv2.INTER_AREA), dtype=np.uint8)
+
+    def camera_pixels(self, pixels: NDArray[Any]) -> Array:
+        """Map pixels of the view, shape (n, 2) u, v, to camera pixels (n, 2)."""
+        return np.asarray(pixels, dtype=np.float64) * self.scale + self.origin_px
+
+
+def make_floor_view(projection: FloorProjection, size_px: tuple[int, int], body_radius_m: float, body_height_m: float) -> FloorView:
+    """Return the view of a camera with pictures of `size_px` (width, height), on a body with a rim of that radius and height.
+
+    Raises GeometryError where the camera is not above the rim, or sees no floor.
+    """
+    height_m = projection.camera_height_m
+    if height_m <= body_height_m:
+        raise GeometryError(f"camera height {height_m} m must exceed body_height_m {body_height_m}")
+    width, height = size_px
+    scale = max(1, round(width / WIDTH_PX))
+    cols, rows = np.meshgrid(np.arange(width // scale), np.arange(height // scale))
+    first = (scale - 1) / 2.0
+    pixels = np.stack([cols * scale + first, rows * scale + first], axis=-1).reshape(-1, 2)
+    floor = projection.floor_from_pixels(pixels)
+    range_m = np.nan_to_num(np.hypot(floor[:, 0], floor[:, 1]), nan=np.inf).reshape(rows.shape)
+    bearing = np.nan_to_num(np.arctan2(floor[:, 1], floor[:, 0])).reshape(rows.shape)
+    body_range_m = BODY_MARGIN * body_radius_m * height_m / (height_m - body_height_m)
+    reach_m = REACH_IN_HEIGHTS * height_m
+    valid = (range_m > body_range_m) & (range_m < reach_m)
+    if not valid.any():
+        raise GeometryError("the calibration shows no floor in the picture: check intrinsics, T_BS and resolution")
+    ys, xs = np.flatnonzero(valid.any(axis=1)), np.flatnonzero(valid.any(axis=0))
+    crop = (slice(int(ys[0]), int(ys[-1]) + 1), slice(int(xs[0]), int(xs[-1]) + 1))
+    origin = np.array([crop[1].start * scale + first, crop[0].start * scale + first])
+    fields = valid[crop], range_m[crop].astype(np.float32), bearing[crop].astype(np.float32)
+    under = projection.body_from_camera[:2, 3]
+    nadir = (projection.pixels_from_floor(under[None])[0] - origin) / scale
+    return FloorView(scale, crop, origin, nadir, *fields, body_range_m=body_range_m, reach_m=reach_m)
