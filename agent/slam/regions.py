@@ -1,0 +1,109 @@
+"""What stands around the robot: every region with its outline on the floor, its motion, and its height where parallax has told it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from agent.slam.feature_tracks import Tracks, heights
+from agent.slam.region_labels import LAST_LABEL
+from agent.slam.splitting import Corners, cut, split_range
+from agent.vision.floor_projection import FloorProjection
+from agent.vision.floor_view import FloorView
+from agent.vision.hull import centre_of_polygon, convex_hull
+from agent.vision.outlines import Borders, floor_outlines
+from protocol.geometry import Array
+
+MOVING_SHARE = 0.5  # of a region's corners, of those that can tell
+SURE_CORNERS = 3
+SETTLED_SIGMA = 0.05  # a slope known to this tells the height to 2.5 cm for a camera half a metre high
+FLAT_SLOPE = 0.02  # a height of a fiftieth of the camera's: less is paint, shadow or light
+FLAT_CORNERS = 5
+NEAR_SHARE = 0.25  # of a region's depth: corners this near to its near border belong to that
+AFLOAT_SLOPE = -0.1  # corners with a slope below this stand a tenth of the camera's height above the floor, and more
+
+
+@dataclass(frozen=True, eq=False)
+class SeenRegion:
+    """One region of one frame."""
+
+    label: int
+    outline_m: Array  # (n, 2) [body], counter-clockwise
+    centre_m: Array  # (2,) object centre of Eq. 8, of the outline
+    motion: Literal["static", "moving", "unknown"]
+    height_m: float | None  # of its highest corners
+    flat: bool  # surely lies in the floor: a marking, a patch of light, a shadow that stays
+
+
+def describe(borders: Borders, labels: NDArray[np.int32], tracks: Tracks, view: FloorView, projection: FloorProjection) -> list[SeenRegion]:
+    """Return the regions of a frame, in the order of their borders, given their labels, (regions,), and the corners followed on them."""
+    slope, sigma = tracks.slopes()
+    moving, settled = tracks.moving(), tracks.settled(SETTLED_SIGMA)
+    eye = projection.body_from_camera[:2, 3]
+    appearance = projection.floor_from_pixels(view.camera_pixels(tracks.pixels)) - eye
+    described: list[SeenRegion] = []
+    for outline, label in zip(floor_outlines(borders, view, projection), labels, strict=True):
+        own = tracks.labels == label
+        motion = _motion(int(moving[own].sum()), int(settled[own].sum()))
+        telling = own & settled
+        if motion != "static":
+            described.append(SeenRegion(int(label), outline, centre_of_polygon(outline), motion, None, flat=False))
+        elif _flat(slope[telling], sigma[telling]):
+            described.append(SeenRegion(int(label), outline, centre_of_polygon(outline), motion, 0.0, flat=True))
+        else:
+            corners = Corners(appearance[telling], slope[telling])
+            described += _standing(int(label), outline, corners, eye, projection.camera_height_m)
+    return described
+
+
+def _standing(label: int, outline: Array, corners: Corners, eye: Array, camera_height_m: float) -> list[SeenRegion]:
+    """Return the one or two things, one behind the other, that a static outline shows, given its corners of known height."""
+    behind_m = split_range(corners, camera_height_m)
+    if behind_m is None:
+        return [_static(label, outline, corners, eye, camera_height_m)]
+    ranges = np.hypot(*corners.appearances_m.T)
+    front, behind = cut(outline, eye, behind_m)
+    parts = [(label, front, corners.select(ranges < behind_m)), (2 * LAST_LABEL + 1 - label, behind, corners.select(ranges >= behind_m))]
+    return [_static(name, convex_hull(part), own, eye, camera_height_m) for name, part, own in parts if len(part) >= 3]
+
+
+def _static(label: int, outline: Array, corners: Corners, eye: Array, camera_height_m: float) -> SeenRegion:
+    whole = _down_to_floor(outline, eye, corners)
+    return SeenRegion(label, whole, centre_of_polygon(whole), "static", _height(corners.slopes, camera_height_m), flat=False)
+
+
+def _motion(moving: int, static: int) -> Literal["static", "moving", "unknown"]:
+    if moving + static < SURE_CORNERS:
+        return "unknown"
+    return "moving" if moving > MOVING_SHARE * (moving + static) else "static"
+
+
+def _height(slopes: Array, camera_height_m: float) -> float | None:
+    """Return the height of the upper corners: the tenth highest in a hundred, so that one wrong corner does not count."""
+    if len(slopes) < SURE_CORNERS:
+        return None
+    return max(0.0, float(heights(np.array([np.quantile(slopes, 0.1)]), camera_height_m)[0]))
+
+
+def _flat(slopes: Array, sigmas: Array) -> bool:
+    """Tell whether no corner stands above the floor, and the corners are known well enough to say so."""
+    sure = sigmas < FLAT_SLOPE / 2.0
+    return int(sure.sum()) >= FLAT_CORNERS and bool(np.quantile(np.abs(slopes[sure]), 0.9) < FLAT_SLOPE)
+
+
+def _down_to_floor(outline: Array, eye: Array, corners: Corners) -> Array:
+    """Return the outline, (n, 2) [m; body], of the whole thing where only its upper part was told from the floor.
+
+    If all corners, some of them at its near border, surely stand above the floor, so does the border, and the base is nearer to the eye,
+    (2,), by the stretch of those at the border.
+    """
+    reach = np.hypot(*(outline - eye).T)
+    near, far = float(reach.min()), float(reach.max())
+    border = corners.slopes[np.hypot(*corners.appearances_m.T) < near + NEAR_SHARE * (far - near)]
+    if not len(border) or len(corners.slopes) < SURE_CORNERS or corners.slopes.max() > AFLOAT_SLOPE:
+        return outline
+    base = eye + (outline - eye) / (1.0 - float(np.median(border)))
+    return convex_hull(np.concatenate([outline, base]))

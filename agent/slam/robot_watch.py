@@ -1,0 +1,139 @@
+"""Watches for other robots: follows those in view from frame to frame, and tries round bases that might be one.
+
+Who a robot is, and whether it is one at all, only the map server can say, which knows where all robots are. Here a sighting is a place at
+which the whole silhouette of a robot's body was found.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from agent.vision.floor_view import Picture
+from agent.vision.robot_fit import RobotFit, RobotFitter
+from protocol.geometry import Array, Pose2
+
+TRIES_PER_FRAME = 2
+PAUSE_FRAMES = 12  # a place where no robot was found is not tried again for so long
+NEW_FRAMES, CHECK_FRAMES = 3, 5
+CONVINCING_SUPPORT, CONVINCING_MISFIT_PX = 0.75, 0.35
+NEARER_M, RING_M = 0.008, 0.03
+SAME_PLACE_M = 0.06
+SAME_START_M = 0.003
+
+
+@dataclass(frozen=True, eq=False)
+class _Known:
+    place_m: Array  # (2,) [odom]
+    velocity_m: Array  # (2,) per frame [odom]
+    seen_m: Array  # (2,) [body at that frame]
+    frames: int = 1  # for how long it has been followed
+
+    def is_due(self) -> bool:
+        """Tell whether it is looked at thoroughly: in its first frames, and now and then."""
+        return self.frames < NEW_FRAMES or self.frames % CHECK_FRAMES == 0
+
+
+class RobotWatch:
+    """Remembers where robots were last found, and where none was."""
+
+    def __init__(self, fitter: RobotFitter, radius_m: float, eye_m: Array) -> None:
+        self._fitter = fitter
+        self._radius_m = radius_m
+        self._eye_m = eye_m  # (2,) the point under the camera [body]
+        self._known: list[_Known] = []
+        self._refused: list[tuple[Array, int]] = []  # place [odom] and frame
+        self._frame = 0
+
+    def look(self, grey: Picture, odom_from_body: Pose2, bases: Array) -> list[RobotFit]:
+        """Return all robots found in a grey camera picture; `bases`, (n, 2), are range and bearing from the camera of what might be one."""
+        self._frame += 1
+        found = self._follow(grey, odom_from_body)
+        tries_left = self._tries()
+        for range_m, bearing_rad in bases:
+            centre = self._eye_m + range_m * np.array([np.cos(bearing_rad), np.sin(bearing_rad)])
+            place = odom_from_body.apply(centre)
+            if not tries_left:
+                break
+            if self._taken(centre, found) or self._resting(place):
+                continue
+            tries_left -= 1
+            fit = self._try(grey, float(range_m), float(bearing_rad))
+            if fit is None or self._taken(fit.centre_m, found):
+                self._refused.append((place, self._frame))
+            else:
+                found.append(fit)
+                self._known.append(_Known(odom_from_body.apply(fit.centre_m), np.zeros(2), fit.centre_m))
+        return found
+
+    def _tries(self) -> int:
+        """Return how many new places may be tried in this frame: some while nobody is in view, then one in every other frame."""
+        return (self._frame % 2) if self._known else TRIES_PER_FRAME
+
+    def _follow(self, grey: Picture, odom_from_body: Pose2) -> list[RobotFit]:
+        """Find again the robots of the last frame; those not found are given up."""
+        body_from_odom = odom_from_body.inverse()
+        found: list[RobotFit] = []
+        known: list[_Known] = []
+        for last in self._known:
+            starts = [last.place_m + last.velocity_m, odom_from_body.apply(last.seen_m), last.place_m]
+            fit = self._best(grey, [body_from_odom.apply(start) for start in starts], thorough=last.is_due())
+            if fit is not None and not self._taken(fit.centre_m, found):
+                place = odom_from_body.apply(fit.centre_m)
+                found.append(fit)
+                known.append(_Known(place, place - last.place_m, fit.centre_m, last.frames + 1))
+        self._known = known
+        return found
+
+    def _best(self, grey: Picture, starts_m: list[Array], *, thorough: bool) -> RobotFit | None:
+        """Return the first convincing fit, else that whose sides fit best: a robot goes on as before, moves along with us, or has stopped.
+
+        Every start is taken a little too near, since from there the base is the first edge to be met. A ring above the base looks like a
+        base farther out, so what does not convince is tried once more from well before it. Unless `thorough`, the first fit will do.
+        """
+        best: RobotFit | None = None
+        for start in _apart(starts_m):
+            best = _better(best, self._fitter.fit(grey, start + _towards(start, self._eye_m, NEARER_M)))
+            if best is not None and (_convinces(best) or not thorough):
+                return best
+        if best is None:
+            return None
+        return _better(best, self._fitter.fit(grey, best.centre_m + _towards(best.centre_m, self._eye_m, RING_M)))
+
+    def _taken(self, centre_m: Array, found: list[RobotFit]) -> bool:
+        return any(np.hypot(*(centre_m - other.centre_m)) < self._radius_m for other in found)
+
+    def _resting(self, place_m: Array) -> bool:
+        self._refused = [(place, frame) for place, frame in self._refused if self._frame - frame < PAUSE_FRAMES]
+        return any(np.hypot(*(place - place_m)) < SAME_PLACE_M for place, _ in self._refused)
+
+    def _try(self, grey: Picture, range_m: float, bearing_rad: float) -> RobotFit | None:
+        start = self._fitter.search(grey, range_m - self._radius_m, np.array([bearing_rad]))
+        return None if start is None else self._fitter.fit(grey, start)
+
+
+def _apart(starts_m: list[Array]) -> list[Array]:
+    """Return the starts without those that begin where an earlier one did."""
+    kept: list[Array] = []
+    for start in starts_m:
+        if all(np.hypot(*(start - other)) > SAME_START_M for other in kept):
+            kept.append(start)
+    return kept
+
+
+def _towards(point: Array, target: Array, length_m: float) -> Array:
+    """Return the step of a given length from one point, (2,) [m], towards another."""
+    way = target - point
+    return np.asarray(way * (length_m / max(float(np.hypot(*way)), 1e-9)))
+
+
+def _convinces(fit: RobotFit) -> bool:
+    return fit.misfit_px < CONVINCING_MISFIT_PX and fit.support > CONVINCING_SUPPORT
+
+
+def _better(first: RobotFit | None, second: RobotFit | None) -> RobotFit | None:
+    """Return the fit whose sides lie closer to their edges."""
+    if first is None or second is None:
+        return first or second
+    return second if second.misfit_px < first.misfit_px else first

@@ -1,0 +1,169 @@
+"""Robots in view are followed from frame to frame, each once; places that were tried in vain rest."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+import pytest
+
+from agent.drivers.bus_camera import captured
+from agent.geometry import calibrated_projection
+from agent.slam.robot_watch import PAUSE_FRAMES, TRIES_PER_FRAME, RobotWatch
+from agent.vision.floor_view import Picture
+from agent.vision.robot_fit import RobotFit, RobotFitter
+from deploy.evaluation.tum import read_tum
+from protocol.geometry import Array, Pose2
+from tests.bench.frames import EXCERPT, open_case
+
+RADIUS_M, HEIGHT_M = 0.075, 0.30
+FRAMES = 10
+SAME_ROBOT_M = 0.5 * RADIUS_M
+NO_BASES = np.zeros((0, 2))
+
+
+@dataclass(frozen=True)
+class Moment:
+    """One frame of r1: what it sees, where it is, and where the others truly are."""
+
+    grey: Picture
+    arena_from_body: Pose2
+    robots_m: Array  # (2, 2) [m; body] base centres of r2 and r3
+
+    def bases(self) -> Array:
+        """Return range and bearing of both robots, to the degree that the range profile is fine."""
+        range_m, bearing = np.hypot(*self.robots_m.T), np.arctan2(self.robots_m[:, 1], self.robots_m[:, 0])
+        return np.column_stack([range_m, np.radians(np.rint(np.degrees(bearing)))])
+
+
+class CountingFitter(RobotFitter):
+    """Keeps where it was asked to search."""
+
+    searched: list[tuple[float, float]]  # range to the base [m], bearing [rad]
+
+    def search(self, grey: Picture, near_m: float, bearings_rad: Array) -> Array | None:
+        self.searched.append((near_m, float(bearings_rad[0])))
+        return super().search(grey, near_m, bearings_rad)
+
+
+@pytest.fixture(scope="module")
+def moments() -> list[Moment]:
+    cv2.setNumThreads(1)
+    case = open_case(EXCERPT)
+    r1, *others = ([Pose2(*pose) for pose in read_tum(EXCERPT / "ground_truth" / f"{name}.tum").poses] for name in ("r1", "r2", "r3"))
+    seen: list[Moment] = []
+    for index, frame in enumerate(case.subjects[0].frames()):
+        picture = captured(frame.stored, case.size_px).picture
+        assert picture is not None
+        robots_m = np.array([r1[index].between(robot[index])[:2] for robot in others])
+        seen.append(Moment(np.asarray(cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY), np.uint8), r1[index], robots_m))
+    return seen
+
+
+@pytest.fixture
+def fitter() -> CountingFitter:
+    fitter = CountingFitter(calibrated_projection(open_case(EXCERPT).subjects[0].calibration), RADIUS_M, HEIGHT_M)
+    fitter.searched = []
+    return fitter
+
+
+@pytest.fixture
+def watch(fitter: CountingFitter) -> RobotWatch:
+    return RobotWatch(fitter, RADIUS_M, np.zeros(2))
+
+
+def look(watch: RobotWatch, moment: Moment, bases: Array) -> list[RobotFit]:
+    return watch.look(moment.grey, moment.arena_from_body, bases)
+
+
+def begin(watch: RobotWatch, first: list[Moment]) -> None:
+    """Have both robots found, and followed for a frame."""
+    for moment in first[:2]:
+        assert len(look(watch, moment, moment.bases())) == 2
+
+
+def distances_m(found: list[RobotFit], moment: Moment) -> Array:
+    """Return how far each robot found, (n, 1), is from each true one, (n, 2)."""
+    centres = np.array([fit.centre_m for fit in found]).reshape(-1, 1, 2)
+    return np.asarray(np.linalg.norm(centres - moment.robots_m, axis=-1))
+
+
+@pytest.mark.parametrize("first", [0, 4, 15, 25, 35])
+def test_both_robots_are_followed_with_no_more_help(first: int, moments: list[Moment], watch: RobotWatch) -> None:
+    begin(watch, moments[first:])
+    for moment in moments[first + 2 : first + FRAMES]:
+        found = look(watch, moment, NO_BASES)
+        assert len(found) == 2
+        assert (distances_m(found, moment).min(axis=0) < SAME_ROBOT_M).all()
+
+
+@pytest.mark.parametrize("first", [0, 4, 15, 25, 35])
+def test_followed_robots_stay_where_they_truly_are(first: int, moments: list[Moment], watch: RobotWatch) -> None:
+    begin(watch, moments[first:])
+    errors_m = [distances_m(look(watch, moment, NO_BASES), moment).min(axis=0) for moment in moments[first + 2 : first + FRAMES]]
+    assert np.max(errors_m) < 0.004
+
+
+@pytest.mark.parametrize("index", [0, 20, 40])
+def test_robots_newly_found_are_where_they_truly_are(index: int, moments: list[Moment], watch: RobotWatch) -> None:
+    one, other = moments[index].bases()[:1], moments[index].bases()[1:]
+    for bases in (one, other, other):  # once a robot is in view, new places are tried in every other frame
+        found = look(watch, moments[index], bases)
+    assert len(found) == 2
+    assert distances_m(found, moments[index]).min(axis=0).max() < 0.004
+
+
+def test_nothing_is_found_twice_at_one_place(moments: list[Moment], watch: RobotWatch) -> None:
+    for moment in moments[:FRAMES]:
+        bases = np.repeat(moment.bases(), 3, axis=0) + np.tile([[0.0, 0.0], [0.01, 0.0], [0.0, 0.03]], (2, 1))
+        found = look(watch, moment, bases)
+        assert 1 <= len(found) <= 2
+        assert (np.count_nonzero(distances_m(found, moment) < RADIUS_M, axis=0) <= 1).all()
+
+
+def test_a_robot_that_is_followed_is_not_searched_for(moments: list[Moment], watch: RobotWatch, fitter: CountingFitter) -> None:
+    begin(watch, moments)
+    fitter.searched.clear()
+    look(watch, moments[2], moments[2].bases())
+    assert fitter.searched == []
+
+
+def test_a_place_without_a_robot_rests_and_is_tried_again_later(moments: list[Moment], watch: RobotWatch, fitter: CountingFitter) -> None:
+    bare = np.array([(0.5, 0.0)])
+    tries: list[int] = []
+    for _ in range(PAUSE_FRAMES + 2):
+        assert look(watch, moments[0], bare) == []
+        tries.append(len(fitter.searched))
+    assert tries == [1] * PAUSE_FRAMES + [2, 2]
+    assert fitter.searched[0] == pytest.approx((0.5 - RADIUS_M, 0.0))
+
+
+def test_a_resting_place_is_one_of_the_floor_and_not_of_the_picture(
+    moments: list[Moment], watch: RobotWatch, fitter: CountingFitter
+) -> None:
+    bare = np.array([(0.5, 0.0)])
+    look(watch, moments[0], bare)
+    look(watch, moments[8], bare)  # r1 has driven 20 cm since
+    assert len(fitter.searched) == 2
+
+
+def test_a_robot_is_still_found_beside_a_resting_place(moments: list[Moment], watch: RobotWatch) -> None:
+    assert look(watch, moments[0], np.array([(0.5, 0.0)])) == []
+    assert len(look(watch, moments[1], moments[1].bases())) == 2
+
+
+def test_no_more_places_are_tried_in_a_frame_than_time_allows(moments: list[Moment], watch: RobotWatch, fitter: CountingFitter) -> None:
+    bare = np.array([(0.5, bearing) for bearing in (-0.9, -0.45, 0.0, 0.45, 0.9)])
+    look(watch, moments[0], bare)
+    assert [bearing for _, bearing in fitter.searched] == pytest.approx([-0.9, -0.45][:TRIES_PER_FRAME])
+    look(watch, moments[0], bare)
+    assert [bearing for _, bearing in fitter.searched] == pytest.approx([-0.9, -0.45, 0.0, 0.45][: 2 * TRIES_PER_FRAME])
+
+
+def test_robots_that_are_out_of_view_are_given_up(moments: list[Moment], watch: RobotWatch) -> None:
+    begin(watch, moments)
+    dark = Moment(np.zeros_like(moments[2].grey), moments[2].arena_from_body, moments[2].robots_m)
+    assert look(watch, dark, NO_BASES) == []
+    assert look(watch, moments[2], NO_BASES) == []
+    assert len(look(watch, moments[3], moments[3].bases())) == 2
