@@ -1,0 +1,42 @@
+"""From one frame to one local map: what every method of the agent takes and gives. Methods: full_method.py and paper_method.py."""
+
+from __future__ import annotations
+
+from contextlib import AbstractContextManager
+from dataclasses import dataclass
+from typing import Literal, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from agent.view import View
+from protocol.geometry import Array
+from protocol.messages import LocalMap, MotionVectors
+
+Method = Literal["full", "paper", "paper-calibrated"]
+
+
+class StageTimer(Protocol):
+    """Keeps the time of named stages."""
+
+    def stage(self, name: str) -> AbstractContextManager[None]:
+        """Time what happens inside."""
+
+
+@dataclass(frozen=True)
+class Step:
+    """What one frame gave."""
+
+    local_map: LocalMap
+    vectors: MotionVectors
+
+
+class Pipeline(Protocol):
+    """Holds the robot's state from frame to frame. Knows no files, clocks or network."""
+
+    @property
+    def view(self) -> View | None:
+        """What was seen in the last frame; None before the first."""
+
+    def step(self, stamp_ns: int, picture: NDArray[np.uint8] | None, wheel_angles_rad: Array) -> Step:
+        """Take one frame, (rows, cols, 3) BGR, or None where it was dropped, and the cumulative wheel angles (2,) [rad] at its stamp."""
