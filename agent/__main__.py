@@ -1,0 +1,77 @@
+"""`python -m agent --config FILE`: one robot's agent, from its configuration file to its exit code."""
+
+from __future__ import annotations
+
+import argparse
+import logging
+import sys
+import time
+from contextlib import ExitStack
+from pathlib import Path
+
+import cv2
+
+from agent.calibration import read_calibration
+from agent.config import AgentConfig, load_config
+from agent.drivers.bus_camera import BusCamera
+from agent.guard_process import GuardProcess
+from agent.logs import start_logging
+from agent.methods import make_pipeline
+from agent.rig import Calibration
+from agent.service import Service
+from agent.stage_clock import StageClock
+from agent.stopping import Stopped, StopRequest, open_client
+from protocol.errors import OmmatidiaError
+
+_log = logging.getLogger(__name__)
+
+
+def run_agent(config_file: Path) -> int:
+    """Run the agent of one robot until SIGTERM or SIGINT; return the exit code: 0, or 2 with one line that says what is wrong."""
+    stop = StopRequest()
+    start_logging("agent")
+    try:
+        config = load_config(config_file)
+        start_logging(f"agent {config.robot.name}")
+        _log.info("starting with %s", config.model_dump_json())
+        _serve(config_file, config, read_calibration(config.camera.calibration), stop)
+    except Stopped:
+        return 0
+    except OmmatidiaError as error:
+        if stop.asked():
+            return 0  # whatever ended while everything was asked to end
+        _log.error("%s", error)
+        return 2
+    return 0
+
+
+def _serve(config_file: Path, config: AgentConfig, calibration: Calibration, stop: StopRequest) -> None:
+    """Start guard, links, camera and pipeline, and turn the loop between them; all of them end with it."""
+    cv2.setNumThreads(1)  # one core is a robot's share of a machine, and one thread gives the same numbers on every machine
+    clock = StageClock()
+    epoch = _epoch()
+    with ExitStack() as stack:
+        guard = stack.enter_context(GuardProcess.start(config_file))  # first: from here on the wheels stand
+        bus = stack.enter_context(open_client(config.robot.site, config.robot.endpoint, stop.asked))
+        world = stack.enter_context(open_client(config.robot.site, config.camera.endpoint, stop.asked))
+        pipeline = make_pipeline(config.robot.name, epoch, config.robot.method, config.body.body(), calibration, clock)
+        guard.wait_ready(stop.asked)
+        camera = BusCamera(world, config.robot.name, (calibration.width_px, calibration.height_px), clock)
+        _log.info("ready, epoch %d", epoch)
+        Service(config, camera, guard, bus, pipeline, epoch=epoch, clock=clock).run(stop.asked)
+
+
+def _epoch() -> int:
+    """Return a number that grows with every start: milliseconds of the wall clock."""
+    return time.time_ns() // 1_000_000
+
+
+def main(arguments: list[str]) -> int:
+    """Run the agent as the command line says; return the exit code."""
+    parser = argparse.ArgumentParser(prog="python -m agent", description="One robot's agent: maps what its camera sees.")
+    parser.add_argument("--config", type=Path, required=True, metavar="FILE", help="TOML file; its keys and defaults: agent/config.py")
+    return run_agent(parser.parse_args(arguments).config)
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,68 @@
+"""The agent's configuration: one TOML file, whose every key has its default here unless only the owner can know it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from agent.rig import Body
+from protocol.messages import Name
+from protocol.settings import Settings, load_toml
+
+Endpoint = Annotated[str, Field(pattern=r"^(tcp|tls)/[^/\s]+:\d{1,5}$")]  # such as tcp/192.168.1.20:7447
+Length = Annotated[float, Field(gt=0.0, le=5.0, allow_inf_nan=False)]  # [m]; no robot here is larger
+
+
+class RobotSettings(Settings):
+    """Who the robot is, and where its map server is."""
+
+    name: Name
+    site: Name = "home"
+    endpoint: Endpoint
+    method: Literal["full", "paper", "paper-calibrated"] = "full"
+
+
+class BodySettings(Settings):
+    """The lengths of the robot's body [m]; the defaults are those of the robot in the building manual."""
+
+    body_radius_m: Length = 0.075
+    body_height_m: Length = 0.30
+    wheel_base_m: Length = 0.12
+    wheel_radius_m: Length = 0.03
+
+    def body(self) -> Body:
+        """Return the lengths as the estimator takes them."""
+        return Body(self.body_radius_m, self.body_height_m, self.wheel_base_m, self.wheel_radius_m)
+
+
+class CameraSettings(Settings):
+    """Where frames come from, and the lens they were taken through."""
+
+    driver: Literal["bus"] = "bus"
+    endpoint: Endpoint
+    calibration: Path  # sensor.yaml, relative to the configuration file
+
+
+class WheelSettings(Settings):
+    """Where the wheels are."""
+
+    driver: Literal["bus"] = "bus"
+    endpoint: Endpoint
+
+
+class AgentConfig(Settings):
+    """The whole file."""
+
+    robot: RobotSettings
+    body: BodySettings = BodySettings()
+    camera: CameraSettings
+    wheels: WheelSettings
+
+
+def load_config(file: Path) -> AgentConfig:
+    """Return the configuration, the calibration's path made absolute; raises ConfigError that names file and field."""
+    config = load_toml(file, AgentConfig)
+    calibration = file.absolute().parent / config.camera.calibration
+    return config.model_copy(update={"camera": config.camera.model_copy(update={"calibration": calibration})})

@@ -1,0 +1,1 @@
+"""The robot's metal behind small protocols: one file a driver."""

@@ -1,0 +1,191 @@
+"""The agent's loop: receive a frame, step, publish, keep time. It owns all input and output; the pipeline below it has none."""
+
+from __future__ import annotations
+
+import logging
+import time
+from collections import Counter
+from collections.abc import Callable, Mapping
+from typing import Protocol
+
+from agent import debug
+from agent.config import AgentConfig
+from agent.drivers.camera import Camera, CapturedFrame
+from agent.pipeline import Pipeline, Step
+from agent.stage_clock import StageClock
+from agent.wheel_history import WheelHistory
+from protocol.bus import Bus
+from protocol.geometry import Array
+from protocol.messages import AgentStatus, DebugPicture, WheelReadings
+from protocol.topics import AGENT_ALIVE, AGENT_DEBUG, AGENT_REPORT, AGENT_STATUS, LOCAL_MAP, MOTION_VECTORS
+
+TURN_S = 0.05  # the longest sleep in one turn of the loop: a quarter of what the wheel guard allows
+WHEELS_LIMIT_S = 2.0  # how long a frame waits for the wheel readings up to its stamp
+STATUS_PERIOD_S = 1.0
+SILENCE_S = 3.0  # without a frame for so long, the status says so
+
+NOT_GROWING = "frame: stamp does not grow"
+UNUSED = "picture: not usable"
+WHEELS_LATE = "wheel readings: late"
+WHEELS_ENDED = "wheel readings: ended before the frame"
+
+_log = logging.getLogger(__name__)
+
+
+class WheelGuard(Protocol):
+    """What the loop needs of the process that owns the wheels."""
+
+    @property
+    def refused(self) -> Mapping[str, int]:
+        """What it could not read, by reason."""
+        ...
+
+    def beat(self) -> None:
+        """Tell it that the loop turns."""
+        ...
+
+    def take(self) -> list[WheelReadings]:
+        """Return the readings that have come, oldest first."""
+        ...
+
+    def wait(self, timeout_s: float) -> None:
+        """Sleep until there may be some, or the time is over."""
+        ...
+
+
+class Service:
+    """One robot's agent. Camera, guard and pipeline must be ready: `run` announces that the robot is there."""
+
+    def __init__(
+        self,
+        config: AgentConfig,
+        camera: Camera,
+        guard: WheelGuard,
+        bus: Bus,
+        pipeline: Pipeline,
+        *,
+        epoch: int = 0,
+        clock: StageClock | None = None,
+        clock_s: Callable[[], float] = time.monotonic,
+    ) -> None:
+        self._robot, self._epoch = config.robot.name, epoch
+        self._camera, self._guard, self._bus, self._pipeline = camera, guard, bus, pipeline
+        self._clock, self._clock_s = clock or StageClock(), clock_s
+        self._history = WheelHistory()
+        self._frames = {"received": 0, "used": 0, "dropped": 0}
+        self._reasons: Counter[str] = Counter()
+        self._last_stamp_ns = -1
+        self._last_frame_s = self._last_status_s = clock_s()
+        self._maps = bus.publisher(LOCAL_MAP, robot=self._robot)
+        self._vectors = bus.publisher(MOTION_VECTORS, robot=self._robot)
+        self._statuses = bus.publisher(AGENT_STATUS, robot=self._robot)
+        self._debug_queries = bus.queries(AGENT_DEBUG, robot=self._robot)
+        self._report_queries = bus.queries(AGENT_REPORT, robot=self._robot)
+
+    def run(self, stopping: Callable[[], bool]) -> None:
+        """Turn until asked to stop. Raises DriverError where camera or wheels are lost for good."""
+        self._bus.announce(AGENT_ALIVE, robot=self._robot)
+        while not stopping():
+            frame = self._receive()
+            if frame is not None:
+                self._step(frame, stopping)
+            self._answer()
+            self._keep_time()
+
+    def status(self) -> AgentStatus:
+        """Return how the agent fares."""
+        reasons = self._reasons + self._history.counts + Counter(self._guard.refused)
+        return AgentStatus(
+            robot=self._robot,
+            epoch=self._epoch,
+            state=self._state(),
+            frames=dict(self._frames),
+            reasons=dict(reasons + Counter(self._camera.refused) + Counter(self._bus.refused)),
+            bytes_sent=self._bus.bytes_sent,
+            stages=self._clock.times(),
+        )
+
+    def _receive(self) -> CapturedFrame | None:
+        """Return the next frame, if there is one whose stamp grows."""
+        self._guard.beat()
+        frame = self._camera.read(TURN_S)
+        self._take_wheels()
+        if frame is None:
+            return None
+        self._frames["received"] += 1
+        self._last_frame_s = self._clock_s()
+        if frame.stamp_ns <= self._last_stamp_ns:
+            self._drop(frame, NOT_GROWING)
+            return None
+        self._last_stamp_ns = frame.stamp_ns
+        return frame
+
+    def _step(self, frame: CapturedFrame, stopping: Callable[[], bool]) -> None:
+        """Turn one frame into its two messages, and send them."""
+        angles_rad = self._angles_at(frame.stamp_ns, stopping)
+        with self._clock.stage("step"):
+            step = self._pipeline.step(frame.stamp_ns, frame.picture, angles_rad)
+            self._publish(step)
+        if step.local_map.picture == "dropped":
+            self._drop(frame, frame.fault or UNUSED)
+        else:
+            self._frames["used"] += 1
+
+    def _publish(self, step: Step) -> None:
+        self._vectors.put(step.vectors)
+        self._maps.put(step.local_map)  # last, since the map server goes on as soon as it has it
+
+    def _answer(self) -> None:
+        """Answer the questions that wait; one for a picture that there is not gets no answer."""
+        for query in self._report_queries.take():
+            query.reply(self.status())
+        for picture_query in self._debug_queries.take():
+            picture = self._debug_picture(picture_query.parameters.get("view", ""))
+            if picture is not None:
+                picture_query.reply(picture)
+
+    def _keep_time(self) -> None:
+        if self._clock_s() - self._last_status_s >= STATUS_PERIOD_S:
+            self._last_status_s = self._clock_s()
+            self._statuses.put(self.status())
+
+    def _angles_at(self, stamp_ns: int, stopping: Callable[[], bool]) -> Array:
+        """Return the wheels' angles, shape (2,) [rad: left, right], at a stamp, once all readings up to it are here."""
+        deadline_s = self._clock_s() + WHEELS_LIMIT_S
+        while not self._history.covers(stamp_ns) and not stopping():
+            if self._clock_s() >= deadline_s:
+                self._reasons[WHEELS_LATE] += 1
+                break
+            self._guard.beat()
+            self._guard.wait(TURN_S)
+            self._take_wheels()
+        if not self._history.reaches(stamp_ns):
+            self._reasons[WHEELS_ENDED] += 1
+        return self._history.angles_at(stamp_ns)
+
+    def _take_wheels(self) -> None:
+        for readings in self._guard.take():
+            self._history.add(readings.stamps_ns.array(), readings.angles_rad.array(), readings.until_ns)
+
+    def _drop(self, frame: CapturedFrame, reason: str) -> None:
+        """Count a frame that gave no picture to the map; name each reason once."""
+        self._frames["dropped"] += 1
+        self._reasons[reason] += 1
+        if self._reasons[reason] == 1:
+            _log.warning("frame %d dropped: %s (from now on such frames are only counted)", frame.stamp_ns, reason)
+
+    def _debug_picture(self, name: str) -> DebugPicture | None:
+        view = self._pipeline.view
+        if view is None or name not in debug.PICTURES:
+            return None
+        return DebugPicture(robot=self._robot, stamp_ns=view.stamp_ns, name=name, png=debug.png(debug.PICTURES[name](view)))
+
+    def _state(self) -> str:
+        if self._frames["received"] == 0:
+            return "waiting for the first frame"
+        silent_s = self._clock_s() - self._last_frame_s
+        if silent_s > SILENCE_S:
+            return f"no frame for {silent_s:.0f} s"
+        if not self._history.reaches(self._last_stamp_ns):
+            return "mapping without wheel readings"
+        return "mapping"

@@ -1,0 +1,45 @@
+"""A process that is asked to end by a signal, and what it does step by step until it does."""
+
+from __future__ import annotations
+
+import signal
+import time
+from collections.abc import Callable
+from types import FrameType
+
+from protocol.bus import Bus
+from protocol.errors import LinkError
+
+_ATTEMPT_S = 0.5  # no signal is heard within one attempt to connect
+
+
+class StopRequest:
+    """Hears the first SIGTERM or SIGINT. Made in the main thread, before anything that takes long."""
+
+    def __init__(self) -> None:
+        self._asked = False
+        for number in (signal.SIGTERM, signal.SIGINT):
+            signal.signal(number, self._ask)
+
+    def asked(self) -> bool:
+        """Tell whether the process was asked to end."""
+        return self._asked
+
+    def _ask(self, _number: int, _frame: FrameType | None) -> None:
+        self._asked = True
+
+
+class Stopped(Exception):
+    """The process was asked to end while it was still starting."""
+
+
+def open_client(site: str, endpoint: str, stopping: Callable[[], bool], timeout_s: float = 10.0) -> Bus:
+    """Connect to a router, trying again until `timeout_s`, then LinkError; raises Stopped as soon as `stopping` says so."""
+    deadline_s = time.monotonic() + timeout_s
+    while not stopping():
+        try:
+            return Bus.open_client(site, endpoint, timeout_s=_ATTEMPT_S)
+        except LinkError:
+            if time.monotonic() >= deadline_s:
+                raise LinkError(f"nobody answers at {endpoint} within {timeout_s:g} s") from None
+    raise Stopped

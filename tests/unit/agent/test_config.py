@@ -1,0 +1,68 @@
+"""The agent's configuration file."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from agent.config import load_config
+from agent.rig import Body
+from protocol.errors import ConfigError
+
+SHORTEST = """\
+[robot]
+name = "r1"
+endpoint = "tcp/127.0.0.1:7447"
+[camera]
+endpoint = "tcp/127.0.0.1:7448"
+calibration = "r1/sensor.yaml"
+[wheels]
+endpoint = "tcp/127.0.0.1:7448"
+"""
+
+
+@pytest.fixture
+def file(tmp_path: Path) -> Path:
+    file = tmp_path / "r1.toml"
+    file.write_text(SHORTEST)
+    return file
+
+
+def test_what_only_the_owner_knows_is_enough(file: Path) -> None:
+    config = load_config(file)
+    assert (config.robot.method, config.robot.site, config.camera.driver) == ("full", "home", "bus")
+    assert config.body.body() == Body(body_radius_m=0.075, body_height_m=0.30, wheel_base_m=0.12, wheel_radius_m=0.03)
+
+
+def test_calibration_is_found_beside_the_configuration_file(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(file.parent.parent)
+    assert load_config(file.relative_to(file.parent.parent)).camera.calibration == file.parent / "r1" / "sensor.yaml"
+
+
+def test_absolute_calibration_path_is_kept(file: Path) -> None:
+    file.write_text(SHORTEST.replace("r1/sensor.yaml", "/etc/ommatidia/sensor.yaml"))
+    assert load_config(file).camera.calibration == Path("/etc/ommatidia/sensor.yaml")
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "field"),
+    [
+        ('name = "r1"', 'name = "R 1"', "robot.name"),
+        ('name = "r1"', 'name = "r1"\nmethod = "fast"', "robot.method"),
+        ("tcp/127.0.0.1:7447", "127.0.0.1:7447", "robot.endpoint"),
+        ("[wheels]", '[wheels]\ndriver = "arduino"', "wheels.driver"),
+        ("[wheels]", "[body]\nwheel_base_m = -0.12\n[wheels]", "body.wheel_base_m"),
+        ("[wheels]", "[body]\nbody_radius_m = 75\n[wheels]", "body.body_radius_m"),
+    ],
+)
+def test_unusable_value_is_refused_with_file_and_field(file: Path, old: str, new: str, field: str) -> None:
+    file.write_text(SHORTEST.replace(old, new, 1))
+    with pytest.raises(ConfigError, match=rf"r1\.toml: `{field}`: "):
+        load_config(file)
+
+
+def test_unknown_key_is_refused_with_the_nearest_known_one(file: Path) -> None:
+    file.write_text(SHORTEST.replace("calibration", "calibratoin"))
+    with pytest.raises(ConfigError, match=r"unknown key `camera\.calibratoin`; did you mean `calibration`\?"):
+        load_config(file)

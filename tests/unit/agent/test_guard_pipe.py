@@ -1,0 +1,82 @@
+"""The pipe between agent and wheel guard."""
+
+from __future__ import annotations
+
+import socket
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+
+from agent.guard_pipe import GuardReport, Heartbeat, Pipe
+from protocol.errors import DecodeError
+from protocol.messages import Packed, WheelCommand, WheelReadings
+
+
+@pytest.fixture
+def sockets() -> Iterator[tuple[socket.socket, socket.socket]]:
+    ours, theirs = socket.socketpair()
+    with ours, theirs:
+        yield ours, theirs
+
+
+def report(count: int) -> GuardReport:
+    readings = WheelReadings(until_ns=count, stamps_ns=Packed.of(np.arange(count), "i8"), angles_rad=Packed.of(np.ones((count, 2)), "f8"))
+    return GuardReport(fault="", readings=readings, applied=WheelCommand(left_rad_s=0.0, right_rad_s=0.0), refused={"malformed": 1})
+
+
+def test_messages_arrive_whole_and_in_order(sockets: tuple[socket.socket, socket.socket]) -> None:
+    agent, guard = map(Pipe, sockets)
+    sent = [report(0), report(3), report(500)]
+    for message in sent:
+        guard.send(message)
+    assert agent.take(GuardReport) == sent
+    assert agent.take(GuardReport) == []
+
+
+def test_message_in_two_halves_arrives_once_it_is_whole(sockets: tuple[socket.socket, socket.socket]) -> None:
+    ours, theirs = sockets
+    Pipe(ours).send(Heartbeat(count=7))
+    data = theirs.recv(1000)
+    agent = Pipe(theirs)
+    ours.send(data[:5])
+    assert agent.take(Heartbeat) == []
+    ours.send(data[5:])
+    assert agent.take(Heartbeat) == [Heartbeat(count=7)]
+
+
+def test_last_words_are_heard_after_the_other_end_is_gone(sockets: tuple[socket.socket, socket.socket]) -> None:
+    agent, guard = map(Pipe, sockets)
+    agent.send(Heartbeat(count=1))  # which the guard never reads
+    guard.send(report(2))
+    guard.close()
+    assert agent.take(GuardReport) == [report(2)]
+    assert agent.ended
+
+
+def test_sending_to_an_end_that_is_gone_only_ends_the_pipe(sockets: tuple[socket.socket, socket.socket]) -> None:
+    agent, guard = map(Pipe, sockets)
+    agent.close()
+    guard.send(report(1))
+    assert guard.ended
+
+
+def test_sender_never_waits_for_an_end_that_does_not_read(sockets: tuple[socket.socket, socket.socket]) -> None:
+    agent, guard = map(Pipe, sockets)
+    count = 0
+    while not guard.lost:
+        guard.send(report(2000))
+        count += 1
+    received = 0
+    while messages := agent.take(GuardReport):
+        assert all(message == report(2000) for message in messages)
+        received += len(messages)
+        guard.flush()
+    assert received == count - guard.lost
+
+
+def test_bytes_that_are_no_message_are_an_error(sockets: tuple[socket.socket, socket.socket]) -> None:
+    ours, theirs = sockets
+    ours.send(b"\x03\0\0\0abc")
+    with pytest.raises(DecodeError):
+        Pipe(theirs).take(Heartbeat)

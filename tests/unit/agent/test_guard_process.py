@@ -1,0 +1,90 @@
+"""The agent's side of its wheel guard: when it is ready, and how it ends."""
+
+from __future__ import annotations
+
+import socket
+import subprocess
+import sys
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import pytest
+
+from agent.guard_pipe import GuardReport, Heartbeat, Pipe
+from agent.guard_process import GuardProcess
+from agent.stopping import Stopped
+from protocol.errors import DriverError
+from protocol.messages import Packed, WheelCommand, WheelReadings
+
+STANDING = WheelCommand(left_rad_s=0.0, right_rad_s=0.0)
+READINGS = WheelReadings(until_ns=5, stamps_ns=Packed.of([5], "i8"), angles_rad=Packed.of([[0.1, 0.2]], "f8"))
+
+
+@dataclass
+class Ends:
+    """The agent's view of a guard, and the guard's end of the pipe; the process itself only waits for its input to end."""
+
+    guard: GuardProcess
+    pipe: Pipe
+    process: subprocess.Popen[bytes]
+
+    def report(self, fault: str = "", readings: WheelReadings | None = None) -> None:
+        self.pipe.send(GuardReport(fault=fault, readings=readings, applied=STANDING, refused={"malformed": 1}))
+
+
+@pytest.fixture
+def ends() -> Iterator[Ends]:
+    ours, theirs = socket.socketpair()
+    process = subprocess.Popen([sys.executable, "-c", "input()"], stdin=theirs.fileno(), stderr=subprocess.DEVNULL)
+    with ours, theirs:
+        yield Ends(GuardProcess(process, Pipe(ours)), Pipe(theirs), process)
+        process.kill()
+        process.wait()
+
+
+def never() -> bool:
+    return False
+
+
+def test_guard_is_ready_with_its_first_report(ends: Ends) -> None:
+    ends.report()
+    ends.guard.wait_ready(never)
+    ends.report(readings=READINGS)
+    ends.guard.wait(10.0)
+    assert ends.guard.take() == [READINGS]
+    assert ends.guard.refused == {"malformed": 1}
+
+
+def test_guard_that_fails_says_why_even_when_it_is_still_running(ends: Ends) -> None:
+    ends.report(fault="nobody answers at tcp/10.0.0.1:7447 within 10 s")
+    with pytest.raises(DriverError, match="wheel guard: nobody answers at"):
+        ends.guard.wait_ready(never)
+
+
+def test_guard_that_ends_without_a_word_is_noticed(ends: Ends) -> None:
+    ends.report()
+    ends.guard.wait_ready(never)
+    ends.pipe.close()
+    ends.process.kill()
+    ends.process.wait()
+    with pytest.raises(DriverError, match="ended by something else"):
+        ends.guard.take()
+
+
+def test_waiting_for_the_guard_ends_when_the_agent_is_asked_to_end(ends: Ends) -> None:
+    with pytest.raises(Stopped):
+        ends.guard.wait_ready(lambda: True)
+
+
+def test_heartbeats_reach_the_guard(ends: Ends) -> None:
+    ends.guard.beat()
+    ends.guard.beat()
+    assert ends.pipe.take(Heartbeat) == [Heartbeat(count=0), Heartbeat(count=1)]
+
+
+def test_closing_ends_the_pipe_and_waits_for_the_process(ends: Ends) -> None:
+    with ends.guard:
+        assert ends.process.poll() is None
+    assert ends.process.returncode is not None
+    assert ends.pipe.take(Heartbeat) == []
+    assert ends.pipe.ended
