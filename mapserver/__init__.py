@@ -1,0 +1,1 @@
+"""The eye: merges the robots' local maps into one global map and holds every robot's pose in the arena."""

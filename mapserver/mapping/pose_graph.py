@@ -1,0 +1,208 @@
+"""The swarm's pose graph: every robot's path in the arena by iSAM2, from odometry and from robots seeing each other.
+
+Variables are Pose2, one for each robot and local map. Kaess et al., "iSAM2: Incremental smoothing and mapping using the
+Bayes tree", IJRR 2012. All state is causal: a belief rests on nothing but the local maps added so far.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_left
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import gtsam
+import numpy as np
+from numpy.typing import NDArray
+
+from mapserver.mapping.belief import Belief, Twist, extrapolate
+from mapserver.mapping.covariance import made_definite
+from mapserver.mapping.sighting_noise import SightingLedger
+from protocol.geometry import Array, Pose2
+from protocol.messages import LocalMap, Sighting, covariance_matrix
+
+START_SIGMA = 1e-4  # [m or rad]: what a configured sigma of 0 means
+LEAST_MOTION_VARIANCE = np.array([2.5e-9, 2.5e-9, 2.5e-9])  # 0.05 mm and 0.05 mrad a frame
+RESTART_SIGMA = np.array([0.1, 0.1, 0.3])  # where a restarted agent finds its robot, around where it was believed to be [m, m, rad]
+MAX_STAMP_GAP_S = 0.06  # between a sighting and the nearest pose of the robot that it shows
+CAUCHY_SCALE = 2.0  # whitened residual at which a sighting loses half its weight
+RELINEARISE_ABOVE = 1e-3  # [m or rad]: a tenth of a millimetre at the map's far end needs fresh Jacobians
+EXTRA_ITERATIONS = 2  # the robust weights settle within a few Gauss-Newton steps
+_KEYS_PER_ROBOT_BITS = 40
+
+
+@dataclass(frozen=True)
+class Start:
+    """Where a robot is set down: pose in the arena and its standard deviations, shape (3,) [m, m, rad; arena]."""
+
+    arena_from_body: Pose2
+    sigma: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+    def belief(self) -> Belief:
+        """Return the pose with its covariance turned into the body frame."""
+        body_from_arena = np.eye(3)
+        body_from_arena[:2, :2] = self.arena_from_body.rotation().T
+        variances = np.maximum(self.sigma, START_SIGMA) ** 2
+        return Belief(self.arena_from_body, body_from_arena @ np.diag(variances) @ body_from_arena.T, predicted=True)
+
+
+@dataclass
+class _Track:
+    """One robot's path: its variables, in the order of their stamps, and the newest belief."""
+
+    index: int
+    belief: Belief
+    stamps_ns: list[int] = field(default_factory=list)
+    last: LocalMap | None = None
+    twist: Twist | None = None
+
+    def key(self, number: int) -> int:
+        return (self.index << _KEYS_PER_ROBOT_BITS) + number
+
+    def newest_key(self) -> int:
+        return self.key(len(self.stamps_ns) - 1)
+
+
+class _Node(NamedTuple):
+    """A variable of the graph, and how far its stamp lies from the one that was asked for."""
+
+    key: int
+    gap_s: float
+
+    @classmethod
+    def of(cls, track: _Track, stamp_ns: int) -> _Node | None:
+        """Return the nearest of a track's variables, or None where it has none yet."""
+        after = bisect_left(track.stamps_ns, stamp_ns)
+        near = [number for number in (after - 1, after) if 0 <= number < len(track.stamps_ns)]
+        nodes = [cls(track.key(number), abs(track.stamps_ns[number] - stamp_ns) * 1e-9) for number in near]
+        return min(nodes, key=lambda node: node.gap_s, default=None)
+
+
+class PoseGraph:
+    """Holds all robots' paths. `add` local maps and `see` robots, then `update`; read beliefs and trajectories at any time."""
+
+    def __init__(self, starts: Mapping[str, Start]) -> None:
+        """Begin with every robot at its start; robots are numbered in the order of their names."""
+        parameters = gtsam.ISAM2Params()
+        parameters.setRelinearizeThreshold(RELINEARISE_ABOVE)
+        parameters.relinearizeSkip = 1
+        self._isam = gtsam.ISAM2(parameters)
+        self._factors = gtsam.NonlinearFactorGraph()
+        self._values = gtsam.Values()
+        self._ledger = SightingLedger()
+        self._tracks = {robot: _Track(index, starts[robot].belief()) for index, robot in enumerate(sorted(starts))}
+
+    def add(self, local_map: LocalMap) -> None:
+        """Extend the robot's path to the local map's stamp, which must be newer than its last one."""
+        track = self._tracks[local_map.robot]
+        if track.last is None:
+            self._begin(track, local_map)
+        else:
+            self._extend(track, track.last, local_map)
+        track.last = local_map
+        self._values.insert(track.newest_key(), _to_gtsam(track.belief.arena_from_body))
+
+    def see(self, local_map: LocalMap, target: str, sighting: Sighting) -> None:
+        """Tie an added local map's pose to the target's pose of (nearly) the same stamp; a target without one ties nothing."""
+        observer = _Node.of(self._tracks[local_map.robot], local_map.stamp_ns)
+        seen = _Node.of(self._tracks[target], local_map.stamp_ns)
+        if observer is None or seen is None or seen.gap_s > MAX_STAMP_GAP_S:
+            return
+        pair = (local_map.robot, target)
+        covariance = self._ledger.covariance(pair, self._pose(observer.key), self._pose(seen.key), sighting)
+        if covariance is None:
+            return
+        covariance = covariance + _motion_within(seen.gap_s, self._tracks[target].twist, sighting.range_m)
+        bearing, noise = gtsam.Rot2(sighting.bearing_rad), _robust(covariance[::-1, ::-1])  # GTSAM's order is (bearing, range)
+        self._factors.add(gtsam.BearingRangeFactorPose2(observer.key, seen.key, bearing, sighting.range_m, noise))
+
+    def update(self) -> dict[str, Belief]:
+        """Solve with all that was added since the last call and return where each robot is at its own newest stamp."""
+        self._isam.update(self._factors, self._values)
+        for _ in range(EXTRA_ITERATIONS):
+            self._isam.update()
+        self._factors = gtsam.NonlinearFactorGraph()
+        self._values = gtsam.Values()
+        for track in self._tracks.values():
+            if track.stamps_ns:
+                track.belief = self._solved(track.newest_key())
+        return {robot: track.belief for robot, track in self._tracks.items()}
+
+    def belief(self, robot: str, stamp_ns: int) -> Belief:
+        """Return where the robot is at `stamp_ns`: its pose of that stamp, else its newest one, carried forward where that is older."""
+        track = self._tracks[robot]
+        node = _Node.of(track, stamp_ns)
+        if node is None or track.twist is None:
+            return track.belief
+        if node.gap_s == 0.0 and node.key != track.newest_key() and self._isam.valueExists(node.key):
+            return self._solved(node.key)
+        return extrapolate(track.belief, track.twist, (stamp_ns - track.stamps_ns[-1]) * 1e-9)
+
+    def is_placed(self, robot: str) -> bool:
+        """Tell whether the robot has sent a local map yet."""
+        return bool(self._tracks[robot].stamps_ns)
+
+    def trajectory(self, robot: str) -> tuple[NDArray[np.int64], Array]:
+        """Return the smoothed path: stamps, shape (n,) [ns], and poses, shape (n, 3) [m, m, rad; arena]."""
+        track = self._tracks[robot]
+        poses = [_from_gtsam(self._isam.calculateEstimatePose2(track.key(number))) for number in range(len(track.stamps_ns))]
+        return np.array(track.stamps_ns, dtype=np.int64), np.array(poses, dtype=np.float64).reshape(-1, 3)
+
+    def _begin(self, track: _Track, local_map: LocalMap) -> None:
+        """Fix the first pose: the start, moved on by what the agent has driven before this first local map."""
+        driven = made_definite(covariance_matrix(local_map.motion_covariance) * local_map.seq, LEAST_MOTION_VARIANCE)
+        track.belief = track.belief.moved(Pose2(*local_map.odom_from_body), driven)._replace(predicted=False)
+        track.twist = Twist(Pose2.identity(), np.diag(LEAST_MOTION_VARIANCE), 1.0)
+        track.stamps_ns.append(local_map.stamp_ns)
+        noise = gtsam.noiseModel.Gaussian.Covariance(track.belief.covariance)
+        self._factors.add(gtsam.PriorFactorPose2(track.newest_key(), _to_gtsam(track.belief.arena_from_body), noise))
+
+    def _extend(self, track: _Track, last: LocalMap, local_map: LocalMap) -> None:
+        twist = _motion(last, local_map)
+        previous_key = track.newest_key()
+        track.belief = track.belief.moved(twist.body_from_next, twist.covariance)
+        track.twist = twist
+        track.stamps_ns.append(local_map.stamp_ns)
+        noise = gtsam.noiseModel.Gaussian.Covariance(twist.covariance)
+        self._factors.add(gtsam.BetweenFactorPose2(previous_key, track.newest_key(), _to_gtsam(twist.body_from_next), noise))
+
+    def _pose(self, key: int) -> Pose2:
+        return _from_gtsam(self._values.atPose2(key) if self._values.exists(key) else self._isam.calculateEstimatePose2(key))
+
+    def _solved(self, key: int) -> Belief:
+        return Belief(_from_gtsam(self._isam.calculateEstimatePose2(key)), self._isam.marginalCovariance(key))
+
+
+def _motion(last: LocalMap, local_map: LocalMap) -> Twist:
+    """Return the motion between two local maps: as stated, over a gap from the agent's odometry, or over a restart."""
+    duration_s = (local_map.stamp_ns - last.stamp_ns) * 1e-9
+    stated = made_definite(covariance_matrix(local_map.motion_covariance), LEAST_MOTION_VARIANCE)
+    if local_map.epoch != last.epoch:
+        return Twist(Pose2(*local_map.odom_from_body), stated + np.diag(RESTART_SIGMA**2), duration_s)
+    frames = local_map.seq - last.seq  # negative where their order was mixed up on the way
+    if frames == 1:
+        return Twist(Pose2(*local_map.previous_from_body), stated, duration_s)
+    motion = Pose2(*last.odom_from_body).between(Pose2(*local_map.odom_from_body))
+    return Twist(motion, stated * abs(frames), duration_s)
+
+
+def _motion_within(gap_s: float, twist: Twist | None, range_m: float) -> Array:
+    """Return the covariance of (range, bearing), shape (2, 2), that a target adds by driving on for `gap_s`."""
+    if twist is None:
+        return np.zeros((2, 2))
+    speed_m_s = float(np.hypot(*twist.body_from_next[:2])) / twist.duration_s
+    variance = (speed_m_s * gap_s) ** 2
+    return np.diag([variance, variance / range_m**2])
+
+
+def _robust(covariance: Array) -> gtsam.noiseModel.Robust:
+    loss = gtsam.noiseModel.mEstimator.Cauchy.Create(CAUCHY_SCALE)
+    return gtsam.noiseModel.Robust.Create(loss, gtsam.noiseModel.Gaussian.Covariance(covariance))
+
+
+def _to_gtsam(pose: Pose2) -> gtsam.Pose2:
+    return gtsam.Pose2(*pose)
+
+
+def _from_gtsam(pose: gtsam.Pose2) -> Pose2:
+    return Pose2(pose.x(), pose.y(), pose.theta())

@@ -1,0 +1,110 @@
+"""One local map laid into the arena: the regions it shows, what it cannot tell, and how well it resolves."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+
+from mapserver.mapping.bodies import Body, robot_sector
+from mapserver.mapping.prism import SeenHeight, Silhouette
+from protocol.geometry import Array, Pose2
+from protocol.messages import LocalMap
+
+MAX_RANGE_M = 3.3  # no packed outline reaches further
+CLEAR_REACH_IN_HEIGHTS = 3.0  # beyond this a missing thing may just be too small to be told from the floor
+MOST_CLOSED = 0.3  # of a silhouette that may be hidden where the rest still tells
+
+
+class StandingRegion(NamedTuple):
+    """What one view shows of something that stands still."""
+
+    outline: shapely.Polygon  # without holes [arena]
+    nearest_m: Array  # (2,) where its base line comes nearest to the eye [arena]
+    distance_m: float  # of that point from the eye
+    height_m: float | None  # of its top, where the view has told it
+
+
+@dataclass(frozen=True, eq=False)
+class View:
+    """What one robot saw at one moment."""
+
+    robot: str
+    stamp_ns: int
+    eye_m: Array  # (2,) point under the camera [arena]
+    eye_height_m: float
+    range_m: float
+    body_range_m: float  # nearer than this the robot sees itself
+    hidden: shapely.Geometry  # behind other robots [arena]
+    closed: shapely.Geometry  # where the view says nothing: hidden, or moving [arena]
+    regions: tuple[StandingRegion, ...]
+
+    def clarity(self, distance_m: float) -> float:
+        """Return how surely a thing at this distance would be seen, 0 to 1."""
+        return max(0.0, 1.0 - (distance_m / (CLEAR_REACH_IN_HEIGHTS * self.eye_height_m)) ** 2)
+
+    def weight(self, distance_m: float) -> float:
+        """Return how well a thing at this distance is resolved: a pixel's length on the floor, squared and inverted."""
+        return 1.0 / (1.0 + (distance_m / self.eye_height_m) ** 2) ** 2
+
+    def shows_whole(self, region: StandingRegion) -> bool:
+        """Tell whether no other robot cuts off a region. Where the reach does, its base line is still whole."""
+        return not region.outline.intersects(self.hidden)
+
+    def is_open(self, silhouettes: NDArray[np.object_], distances_m: Array) -> NDArray[np.bool_]:
+        """Tell of each silhouette, (n,), its base at a distance, (n,), whether it would be seen: within reach, and mostly unhidden."""
+        within = (distances_m < self.range_m) & (distances_m >= self.body_range_m)
+        hidden_m2 = shapely.area(shapely.intersection(silhouettes, self.closed))
+        return np.asarray(within & (hidden_m2 < MOST_CLOSED * shapely.area(silhouettes)))
+
+    def silhouette(self, region: StandingRegion) -> Silhouette:
+        """Return the region as a view of one thing."""
+        return Silhouette(self.eye_m, self.eye_height_m, region.outline, self.weight(region.distance_m))
+
+    def seen_height(self, region: StandingRegion) -> SeenHeight | None:
+        """Return the region's height with the weight of this view; None where it told none, or none that a top in sight can have."""
+        if region.height_m is None or not 0.0 < region.height_m < self.eye_height_m:
+            return None
+        return SeenHeight(region.height_m, self.weight(region.distance_m))
+
+
+def lay(local_map: LocalMap, arena_from_body: Pose2, bodies: Sequence[Body]) -> View:
+    """Return what a robot at `arena_from_body` sees among the other robots' `bodies`."""
+    eye_m = np.array(arena_from_body[:2])
+    range_m = min(local_map.floor_range_m, MAX_RANGE_M)
+    sectors = [robot_sector(eye_m, body, 2.0 * range_m) for body in bodies]
+    hidden = shapely.union_all([shapely.Polygon(sector) for sector in sectors if sector is not None])
+    laid = [(region, _polygon(arena_from_body.apply(region.outline.metres()))) for region in local_map.regions]
+    moving = [outline for region, outline in laid if outline is not None and region.motion == "moving"]
+    standing = [(outline, region.height_m) for region, outline in laid if outline is not None and region.motion != "moving"]
+    return View(
+        robot=local_map.robot,
+        stamp_ns=local_map.stamp_ns,
+        eye_m=eye_m,
+        eye_height_m=local_map.camera_height_m,
+        range_m=range_m,
+        body_range_m=local_map.body_radius_m,
+        hidden=hidden,
+        closed=shapely.union_all([hidden, *moving]),
+        regions=tuple(_standing(outline, height_m, eye_m) for outline, height_m in standing),
+    )
+
+
+def _standing(outline: shapely.Polygon, height_m: float | None, eye_m: Array) -> StandingRegion:
+    corners = shapely.get_coordinates(outline)
+    distances_m = np.hypot(*(corners - eye_m).T)
+    nearest = int(np.argmin(distances_m))
+    return StandingRegion(outline, corners[nearest], float(distances_m[nearest]), height_m)
+
+
+def _polygon(points: Array) -> shapely.Polygon | None:
+    """Return an outline, (n, 2), as a polygon, mended where it crosses itself; None where nothing of it is left."""
+    outline = shapely.Polygon(points)
+    if not outline.is_valid:
+        parts = [part for part in shapely.get_parts(shapely.make_valid(outline)) if isinstance(part, shapely.Polygon)]
+        outline = shapely.Polygon(max(parts, key=shapely.area).exterior) if parts else outline
+    return outline if outline.is_valid and outline.area > 0.0 else None

@@ -1,0 +1,135 @@
+"""The map server's step: the local maps of one moment go in, everybody's pose and the changes of the map come out."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+from mapserver.batching import Batch
+from mapserver.clock import StageClock
+from mapserver.config import RobotSettings
+from mapserver.mapping.association import associate
+from mapserver.mapping.belief import Belief
+from mapserver.mapping.bodies import Body
+from mapserver.mapping.grid import CELL_M
+from mapserver.mapping.overlay import Overlay
+from mapserver.mapping.pose_graph import PoseGraph
+from mapserver.mapping.things import ThingTracker
+from protocol.geometry import Pose2
+from protocol.messages import (
+    LocalMap,
+    MapObject,
+    MapTile,
+    MapUpdate,
+    Packed,
+    Poses,
+    RobotPose,
+    Trajectories,
+    Trajectory,
+    covariance_tuple,
+    pose_tuple,
+)
+
+
+class Merged(NamedTuple):
+    """What one step has to tell."""
+
+    poses: Poses
+    update: MapUpdate
+
+
+class MapPipeline:
+    """Holds pose graph, grid and things; `step` batches in the order of their stamps."""
+
+    def __init__(self, robots: Sequence[RobotSettings], clock: StageClock) -> None:
+        """Begin with every robot at its start and nothing known of the floor."""
+        self._radii_m = {robot.name: robot.body_radius_m for robot in robots}
+        self._robots = sorted(self._radii_m)
+        self._graph = PoseGraph({robot.name: robot.start() for robot in robots})
+        self._overlay = Overlay()
+        self._things = ThingTracker()
+        self._objects: tuple[MapObject, ...] = ()
+        self._clock = clock
+        self._steps = 0
+        self._stamp_ns = 0
+
+    def step(self, batch: Batch) -> Merged:
+        """Merge a batch and return poses and map as of its stamp, from nothing captured later."""
+        with self._clock.stage("associate"):
+            self._extend_paths(batch.local_maps)
+            self._tie_sightings(batch.local_maps)
+        with self._clock.stage("graph"):
+            self._graph.update()
+            beliefs = self._beliefs(batch.stamp_ns)
+        with self._clock.stage("objects"):
+            self._observe_things(batch)
+            self._objects = self._things.objects(beliefs)
+        with self._clock.stage("overlay"):
+            self._overlay_views(batch)
+            tiles = self._overlay.take_changes([item.footprint.array() for item in self._objects])
+        return self._merged(batch.stamp_ns, beliefs, tiles)
+
+    def snapshot(self) -> MapUpdate:
+        """Return the whole map as of the last step."""
+        return self._map_update(self._overlay.all_tiles())
+
+    def trajectories(self) -> Trajectories:
+        """Return all paths, smoothed by everything that is known by now."""
+        return Trajectories(robots=tuple(self._trajectory(robot) for robot in self._robots))
+
+    def _extend_paths(self, local_maps: Sequence[LocalMap]) -> None:
+        for local_map in local_maps:
+            self._graph.add(local_map)
+
+    def _tie_sightings(self, local_maps: Sequence[LocalMap]) -> None:
+        for local_map in local_maps:
+            beliefs = self._beliefs(local_map.stamp_ns)
+            observer = beliefs.pop(local_map.robot)
+            for match in associate(local_map.sightings, observer, beliefs):
+                self._graph.see(local_map, match.robot, match.sighting)
+
+    def _observe_things(self, batch: Batch) -> None:
+        for local_map in batch.local_maps:
+            self._things.observe(local_map, *self._surroundings(local_map))
+        self._things.clear(self._bodies(batch.stamp_ns))
+
+    def _overlay_views(self, batch: Batch) -> None:
+        for local_map in batch.local_maps:
+            self._overlay.integrate(local_map, *self._surroundings(local_map))
+        self._overlay.clear(self._bodies(batch.stamp_ns))
+
+    def _surroundings(self, local_map: LocalMap) -> tuple[Pose2, list[Body]]:
+        """Return where the sender stood, and the bodies of the others."""
+        pose = self._graph.belief(local_map.robot, local_map.stamp_ns).arena_from_body
+        return pose, self._bodies(local_map.stamp_ns, besides=local_map.robot)
+
+    def _bodies(self, stamp_ns: int, besides: str = "") -> list[Body]:
+        """Return the bodies of all robots that have been heard of, but for one."""
+        heard = [robot for robot in self._robots if robot != besides and self._graph.is_placed(robot)]
+        return [Body.of(self._graph.belief(robot, stamp_ns), self._radii_m[robot]) for robot in heard]
+
+    def _beliefs(self, stamp_ns: int) -> dict[str, Belief]:
+        return {robot: self._graph.belief(robot, stamp_ns) for robot in self._robots}
+
+    def _merged(self, stamp_ns: int, beliefs: Mapping[str, Belief], tiles: tuple[MapTile, ...]) -> Merged:
+        robots = tuple(_robot_pose(robot, belief) for robot, belief in beliefs.items())
+        self._stamp_ns = stamp_ns
+        merged = Merged(Poses(seq=self._steps, stamp_ns=stamp_ns, robots=robots), self._map_update(tiles))
+        self._steps += 1
+        return merged
+
+    def _map_update(self, tiles: tuple[MapTile, ...]) -> MapUpdate:
+        return MapUpdate(seq=self._steps, stamp_ns=self._stamp_ns, cell_m=CELL_M, tiles=tiles, objects=self._objects)
+
+    def _trajectory(self, robot: str) -> Trajectory:
+        stamps_ns, poses = self._graph.trajectory(robot)
+        return Trajectory(robot=robot, stamps_ns=Packed.of(stamps_ns, "i8"), arena_from_body=Packed.of(poses, "f8"))
+
+
+def _robot_pose(robot: str, belief: Belief) -> RobotPose:
+    return RobotPose(
+        robot=robot,
+        arena_from_body=pose_tuple(belief.arena_from_body),
+        covariance=covariance_tuple(belief.covariance),
+        predicted=belief.predicted,
+    )

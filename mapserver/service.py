@@ -1,0 +1,128 @@
+"""The map server's loop: receive, step, publish, keep time. It owns all input and output; the pipeline below has none."""
+
+from __future__ import annotations
+
+import logging
+import time
+from collections import Counter
+from collections.abc import Callable, Iterable
+
+from mapserver.batching import Batch, Batches
+from mapserver.clock import StageClock
+from mapserver.intake import Intake
+from mapserver.pipeline import MapPipeline, Merged
+from protocol.bus import Bus
+from protocol.codec import encode
+from protocol.messages import ServerStatus
+from protocol.topics import (
+    ACKNOWLEDGEMENT,
+    AGENT_ALIVE,
+    LOCAL_MAP,
+    MAP_SNAPSHOT,
+    MAP_UPDATE,
+    POSES,
+    SERVER_ALIVE,
+    SERVER_REPORT,
+    TRAJECTORIES,
+    WORLD_TIME,
+)
+
+TURN_S = 0.02  # the longest sleep in one turn of the loop: well within the reorder window
+
+_log = logging.getLogger(__name__)
+
+
+class MapService:
+    """Listens from its construction on; `run` announces the server and merges until asked to stop."""
+
+    def __init__(
+        self,
+        bus: Bus,
+        robots: Iterable[str],
+        pipeline: MapPipeline,
+        batches: Batches,
+        clock: StageClock,
+        clock_s: Callable[[], float] = time.monotonic,
+    ) -> None:
+        """Open all topics on `bus`; only local maps of `robots` are taken."""
+        self._bus, self._pipeline, self._batches = bus, pipeline, batches
+        self._clock, self._clock_s = clock, clock_s
+        self._intake = Intake(robots)
+        self._bytes_received = 0
+        self._missing: frozenset[str] = frozenset()
+        self._present = bus.presence(AGENT_ALIVE)
+        self._local_maps = bus.inbox(LOCAL_MAP)
+        self._world_times = bus.inbox(WORLD_TIME)
+        self._poses = bus.publisher(POSES)
+        self._map = bus.publisher(MAP_UPDATE)
+        self._acknowledgements = {robot: bus.publisher(ACKNOWLEDGEMENT, robot=robot) for robot in robots}
+        self._snapshots = bus.queries(MAP_SNAPSHOT)
+        self._trajectories = bus.queries(TRAJECTORIES)
+        self._reports = bus.queries(SERVER_REPORT)
+
+    def run(self, stopping: Callable[[], bool]) -> None:
+        """Turn until `stopping()`."""
+        self._bus.announce(SERVER_ALIVE)
+        while not stopping():
+            batch = self._receive()
+            if batch is not None:
+                self._publish(self._step(batch))
+            self._answer()
+            self._keep_time(batch is not None)
+
+    def status(self) -> ServerStatus:
+        """Return how the map server fares."""
+        return ServerStatus(
+            received=self._intake.received,
+            lost=self._intake.lost,
+            refused=dict(Counter(self._bus.refused) + self._intake.refused),
+            bytes_received=self._bytes_received,
+            stages=self._clock.times(),
+        )
+
+    def _receive(self) -> Batch | None:
+        """Sort what has come, and return the batch that is due, if any."""
+        now_s = self._clock_s()
+        present = self._present.present  # read first: what a robot sent before it went is then in the inbox
+        for local_map in self._local_maps.take():
+            self._bytes_received += len(encode(local_map))  # as long as what came: the codec knows one form only
+            if self._intake.accept(local_map):
+                self._batches.offer(local_map, now_s)
+        for world_time in self._world_times.take():
+            self._batches.announce(world_time)
+        return self._batches.take(present, now_s)
+
+    def _step(self, batch: Batch) -> Merged:
+        self._name_missing(frozenset(batch.missing))
+        with self._clock.stage("step"):
+            merged = self._pipeline.step(batch)
+        self._intake.commit(batch.local_maps)
+        return merged
+
+    def _publish(self, merged: Merged) -> None:
+        with self._clock.stage("publish"):
+            self._poses.put(merged.poses)
+            self._map.put(merged.update)
+            for acknowledgement in self._intake.acknowledgements():
+                self._acknowledgements[acknowledgement.robot].put(acknowledgement)
+
+    def _answer(self) -> None:
+        for snapshot in self._snapshots.take():
+            snapshot.reply(self._pipeline.snapshot())
+        for trajectories in self._trajectories.take():
+            trajectories.reply(self._pipeline.trajectories())
+        for report in self._reports.take():
+            report.reply(self.status())
+
+    def _keep_time(self, is_busy: bool) -> None:
+        """Sleep until something comes, unless a further batch may be due already."""
+        if not is_busy:
+            self._bus.wait(TURN_S)
+
+    def _name_missing(self, missing: frozenset[str]) -> None:
+        """Log who went and who is back, once each."""
+        for robot in sorted(missing - self._missing):
+            _log.warning("%s is gone or silent: going on without it", robot)
+        for robot in sorted(self._missing - missing):
+            _log.info("%s is back", robot)
+        self._missing = missing

@@ -1,0 +1,116 @@
+"""Prisms: footprints from outlines and a height, whatever the side, and votes against views that are wrong."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+import pytest
+import shapely
+
+from mapserver.mapping.prism import SeenHeight, Silhouette, footprint, height_of, silhouettes_of
+from protocol.geometry import Array, Pose2
+from tests.unit.mapserver.worlds import CAMERA_HEIGHT_M, rectangle, smear_of
+
+HEIGHT_M = 0.15
+TURNED = Pose2(0.3, -0.2, 0.4)
+BOX = TURNED.apply(rectangle(0.0, 0.0, 0.24, 0.20))
+CYLINDER = np.array([[0.1 + 0.07 * math.cos(a), 0.07 * math.sin(a)] for a in np.linspace(0.0, 2.0 * math.pi, 40, endpoint=False)])
+ALL_ROUND = [(0.3 + 0.9 * math.cos(a), -0.2 + 0.9 * math.sin(a)) for a in np.linspace(0.0, 2.0 * math.pi, 7)]
+ONE_SIDE = [(-0.6, -0.5), (-0.7, -0.2), (-0.6, 0.1)]
+
+
+def seen_from(eye_m: tuple[float, float], base_m: Array, height_m: float = HEIGHT_M, weight: float = 0.5) -> Silhouette:
+    outline = shapely.Polygon(smear_of(base_m, height_m, Pose2(*eye_m, 0.0)))
+    return Silhouette(np.array(eye_m), CAMERA_HEIGHT_M, outline, weight)
+
+
+def base_of(views: Sequence[Silhouette], height_m: float | None) -> shapely.Polygon:
+    found = footprint(views, height_m)
+    assert found is not None
+    return found.base
+
+
+def iou(found: shapely.Polygon, base_m: Array) -> float:
+    truth = shapely.Polygon(base_m)
+    return float(found.intersection(truth).area / found.union(truth).area)
+
+
+@pytest.mark.parametrize("base_m", [BOX, CYLINDER])
+@pytest.mark.parametrize("eyes", [ALL_ROUND, ONE_SIDE])
+def test_a_known_height_gives_the_whole_footprint_even_from_one_side(base_m: Array, eyes: Sequence[tuple[float, float]]) -> None:
+    found = base_of([seen_from(eye, base_m) for eye in eyes], HEIGHT_M)
+    assert iou(found, base_m) > 0.9 or (base_m is CYLINDER and eyes is ONE_SIDE and iou(found, base_m) > 0.85)
+    assert found.centroid.distance(shapely.Polygon(base_m).centroid) < 0.01
+
+
+def test_a_thing_of_unknown_height_is_about_as_deep_as_wide() -> None:
+    box = rectangle(0.0, 0.0, 0.2, 0.2)
+    low_x, low_y, high_x, high_y = base_of([seen_from((-0.8, 0.0), box)], None).bounds
+    assert low_x == pytest.approx(-0.1, abs=0.01)
+    assert high_y - low_y == pytest.approx(0.2, abs=0.03)
+    assert 0.7 < (high_x - low_x) / (high_y - low_y) < 1.4
+
+
+def test_a_minority_that_misses_part_of_the_thing_is_outvoted() -> None:
+    good = [seen_from(eye, BOX) for eye in ALL_ROUND]
+    part = [seen_from(eye, TURNED.apply(rectangle(0.06, 0.0, 0.10, 0.20))) for eye in ALL_ROUND[:2]]
+    assert iou(base_of(good + part, HEIGHT_M), BOX) > 0.9
+
+
+def test_a_minority_that_sees_two_things_as_one_is_outvoted() -> None:
+    good = [seen_from(eye, BOX) for eye in ALL_ROUND]
+    both = np.vstack([BOX, BOX + np.array([0.3, 0.1])])
+    merged = [seen_from(eye, both) for eye in ALL_ROUND[:2]]
+    assert iou(base_of(good + merged, HEIGHT_M), BOX) > 0.9
+
+
+def test_a_sharper_view_counts_for_more() -> None:
+    blurred = [seen_from(eye, BOX + 0.05, weight=0.1) for eye in ALL_ROUND[:3]]
+    assert iou(base_of([*blurred, seen_from(ALL_ROUND[4], BOX, weight=0.9)], HEIGHT_M), BOX) > 0.8
+
+
+def test_an_outline_that_falls_apart_into_two_things_gives_no_footprint() -> None:
+    eye = np.array([-0.8, 0.0])
+    things = [seen_from((-0.8, 0.0), rectangle(0.0, y, 0.1, 0.1)).outline for y in (-0.2, 0.2)]
+    far_m = things[0].bounds[2]
+    outline = shapely.union_all([*things, shapely.box(far_m - 0.02, -0.25, far_m, 0.25)])
+    assert footprint([Silhouette(eye, CAMERA_HEIGHT_M, outline, 0.5)], HEIGHT_M) is None
+
+
+def test_an_outline_too_short_for_its_height_is_a_top_and_stands_nearer() -> None:
+    view = seen_from((-0.6, -0.2), BOX)
+    top = shapely.transform(shapely.Polygon(BOX), lambda points: view.eye_m + (points - view.eye_m) / 0.3)
+    found = base_of([Silhouette(view.eye_m, CAMERA_HEIGHT_M, top, 0.5)], 0.7 * CAMERA_HEIGHT_M)
+    assert iou(found, BOX) > 0.9
+
+
+def test_views_that_are_shifted_against_each_other_give_no_sliver() -> None:
+    box = rectangle(0.0, 0.0, 0.08, 0.20)
+    shifted = [seen_from((-0.8, 0.0), box + np.array([shift, 0.0])) for shift in (-0.07, 0.0, 0.07)]
+    assert base_of(shifted, HEIGHT_M).area > 0.4 * 0.08 * 0.20
+
+
+def test_views_that_disagree_say_by_how_much() -> None:
+    agreed = footprint([seen_from(eye, BOX) for eye in ALL_ROUND], HEIGHT_M)
+    shifted = footprint([seen_from(eye, BOX + np.array([0.04 * (-1) ** i, 0.0])) for i, eye in enumerate(ALL_ROUND[:4])], HEIGHT_M)
+    assert agreed is not None
+    assert shifted is not None
+    assert np.trace(agreed.disagreement) < 0.01**2
+    assert np.sqrt(shifted.disagreement[0, 0]) == pytest.approx(0.04, rel=0.25)
+
+
+def test_a_silhouette_is_the_hull_of_base_and_stretched_top() -> None:
+    square = shapely.box(1.0, -0.1, 1.2, 0.1)
+    flat, half, tall = silhouettes_of([square] * 3, np.array([0.0, 0.25, 9.0]), np.zeros(2), 0.5)
+    assert flat.equals(square)
+    assert half.equals(shapely.Polygon([(1.0, -0.1), (1.0, 0.1), (2.0, -0.2), (2.4, -0.2), (2.4, 0.2), (2.0, 0.2)]).convex_hull)
+    assert tall.bounds[2] == pytest.approx(1.2 * 20.0)
+
+
+def test_the_height_is_told_by_two_views_and_more_by_the_sharper() -> None:
+    assert height_of([]) is None
+    assert height_of([SeenHeight(0.1, 1.0)]) is None
+    assert height_of([SeenHeight(0.3, 0.1), SeenHeight(0.1, 0.9)]) == pytest.approx(0.1)
+    assert height_of([SeenHeight(h, 0.5) for h in (0.10, 0.12, 0.14, 0.16, 0.45)]) == pytest.approx(0.14)
