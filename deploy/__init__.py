@@ -1,0 +1,1 @@
+"""How ommatidia is started and judged: the command line, the launcher, the recorder and the evaluation."""

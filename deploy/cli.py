@@ -1,0 +1,161 @@
+"""The `ommatidia` command. Exit code 0: done; 2: usage or configuration error, one line on stderr; 130: interrupted.
+
+What a command needs is imported inside it, so that a robot with the light extra can start its agent.
+"""
+
+from __future__ import annotations
+
+import math
+import signal
+import sys
+from collections.abc import Sequence
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from types import FrameType
+from typing import Annotated, Literal, NoReturn
+
+import typer
+
+from protocol.errors import OmmatidiaError
+
+BAD_USAGE, INTERRUPTED, TERMINATED = 2, 130, 143
+
+app = typer.Typer(
+    help="A swarm of small robots that look straight down and map a room together.",
+    epilog="Examples:\n\nommatidia demo\n\nommatidia replay RECORDING --out runs/first\n\nommatidia evaluate runs/first --truth RECORDING",
+    add_completion=False,
+    pretty_exceptions_enable=False,
+)
+
+RecordingFolder = Annotated[Path, typer.Argument(metavar="RECORDING", help="Folder that holds robots.yaml.", show_default=False)]
+OutFolder = Annotated[
+    Path | None, typer.Option(metavar="DIR", help="Folder for the run; runs/<recording>-<time> if not given.", show_default=False)
+]
+Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace a run that lies in DIR.")]
+ConfigFile = Annotated[Path, typer.Option(metavar="FILE", help="Settings, as TOML.", show_default=False)]
+
+
+def _rate(text: str) -> float:
+    """Return how fast to play: 1.0 is the recorded pace, infinity as fast as it goes."""
+    try:
+        rate = math.inf if text == "max" else float(text)
+    except ValueError:
+        rate = math.nan
+    if not rate > 0.0 or (math.isinf(rate) and text != "max"):
+        raise typer.BadParameter(f"{text!r} is neither 'max' nor a number above 0")
+    return rate
+
+
+@app.callback(invoke_without_command=True)
+def _common(
+    context: typer.Context,
+    show_version: Annotated[bool, typer.Option("--version", help="Print the version and exit.")] = False,
+) -> None:
+    if show_version:
+        print(f"ommatidia {_version()}")
+    elif context.invoked_subcommand is None:
+        print(context.get_help())
+
+
+@app.command(epilog="Examples:\n\nommatidia replay RECORDING\n\nommatidia replay RECORDING --out runs/paper --method paper --rate max")
+def replay(
+    recording: RecordingFolder,
+    out: OutFolder = None,
+    method: Annotated[
+        Literal["full", "paper"],
+        typer.Option(help="full: our best; paper: the paper's own, once with its lens, once with the calibrated one."),
+    ] = "full",
+    rate: Annotated[
+        float, typer.Option(metavar="1.0|max", parser=_rate, help="1.0: at the recorded pace; max: as fast as it goes, no frame skipped.")
+    ] = 1.0,
+    overwrite: Overwrite = False,
+) -> None:
+    """Map a recording: real agents and a map server, over Zenoh, on this machine."""
+    from rich.console import Console
+
+    from deploy.replay_command import replay_recording
+
+    replay_recording(recording, out, method, rate, overwrite, Console())
+
+
+@app.command(epilog="Examples:\n\nommatidia evaluate runs/first --truth RECORDING")
+def evaluate(
+    run: Annotated[Path, typer.Argument(metavar="DIR", help="Folder that a run has left.", show_default=False)],
+    truth: Annotated[Path, typer.Option(metavar="RECORDING", help="The recording, with its ground_truth/.", show_default=False)],
+) -> None:
+    """Judge a run: the paper's tables and figures, beside the paper's own numbers."""
+    from rich.console import Console
+
+    from deploy.evaluate_command import evaluate_run
+
+    evaluate_run(run, truth, Console())
+
+
+@app.command(epilog="Examples:\n\nommatidia demo\n\nommatidia demo --out runs/demo --overwrite")
+def demo(out: OutFolder = None, overwrite: Overwrite = False) -> None:
+    """Show it all: map a short recording of three robots, and judge the map."""
+    from rich.console import Console
+
+    from deploy.demo import demo as show
+
+    show(out, overwrite, Console())
+
+
+@app.command(epilog="Examples:\n\nommatidia agent --config /etc/ommatidia/agent.toml")
+def agent(config: ConfigFile) -> None:
+    """Run a robot: from its camera and wheels to local maps."""
+    from agent.__main__ import run_agent
+
+    raise typer.Exit(run_agent(config))
+
+
+@app.command(epilog="Examples:\n\nommatidia mapserver --config /etc/ommatidia/mapserver.toml")
+def mapserver(config: ConfigFile) -> None:
+    """Run the map server: from local maps to one map and everybody's pose."""
+    from mapserver.__main__ import run
+
+    run(config)
+
+
+def main() -> NoReturn:
+    """Run the command line and exit."""
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, _end)
+    sys.exit(run(sys.argv[1:]))
+
+
+def run(arguments: Sequence[str]) -> int:
+    """Run the command line and return its exit code; whatever stops it becomes one line on stderr."""
+    try:
+        code = app(list(arguments), prog_name="ommatidia", standalone_mode=False) or 0
+    except typer.TyperException as error:
+        return _complain(f"{error.format_message().rstrip('.')}; try --help", BAD_USAGE)
+    except OmmatidiaError as error:
+        return _complain(str(error), BAD_USAGE)
+    except ModuleNotFoundError as error:
+        return _complain(f"the package {error.name} is not installed: pip install 'ommatidia[agent,mapserver,sim]'", BAD_USAGE)
+    except OSError as error:
+        return _complain(f"{error.filename}: {error.strerror}" if error.filename else str(error), BAD_USAGE)
+    return _complain("interrupted", INTERRUPTED) if code == INTERRUPTED else int(code)
+
+
+def _complain(problem: str, code: int) -> int:
+    """Say what is wrong in exactly one line, and return the exit code."""
+    print(f"ommatidia: {' '.join(problem.split())}", file=sys.stderr)
+    return code
+
+
+def _end(number: int, frame: FrameType | None) -> None:
+    """Unwind, so that every child process is ended on the way; a second signal must not disturb that."""
+    for each in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(each, signal.SIG_IGN)
+    if number == signal.SIGTERM:
+        raise SystemExit(TERMINATED)
+    raise KeyboardInterrupt
+
+
+def _version() -> str:
+    try:
+        return version("ommatidia")
+    except PackageNotFoundError:
+        return "(not installed)"

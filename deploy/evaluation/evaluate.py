@@ -1,0 +1,67 @@
+"""One run beside the truth: reads a run folder and a recording, and scores paths and map."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from deploy.evaluation.map_metrics import DistanceErrors, MapScore, distance_errors, score_map
+from deploy.evaluation.path_metrics import MatchedPath, PathScore, match_path, mean_score, score_path
+from deploy.evaluation.run_folder import RunFolder, read_run_folder
+from deploy.evaluation.truth import Truth, read_truth
+from deploy.evaluation.tum import Trajectory, no_poses
+from protocol.errors import RecordingError
+
+
+@dataclass(frozen=True)
+class TeamPaths:
+    """The paths of all robots of a recording, scored."""
+
+    matched: dict[str, MatchedPath]  # by robot
+    robots: dict[str, PathScore]
+    mean: PathScore
+
+
+@dataclass(frozen=True)
+class Evaluation:
+    """A run beside the truth."""
+
+    label: str  # how tables and captions call the run
+    run: RunFolder
+    truth: Truth
+    live: TeamPaths
+    smoothed: TeamPaths | None
+    map: MapScore
+    distances: DistanceErrors | None  # between found obstacles; None for fewer than two
+
+
+def evaluate(run_dir: Path, recording_dir: Path, label: str | None = None) -> Evaluation:
+    """Return the scores of a run; RecordingError, one line, where run or truth cannot be used or do not belong together.
+
+    A robot of the recording that the run has no pose for gets NaN, and so do the means over robots.
+    """
+    truth = read_truth(recording_dir)
+    run = read_run_folder(run_dir)
+    live = _score_team(run.live, truth)
+    if not live.mean.matched:
+        raise RecordingError(f"{run_dir}: no pose has a stamp of {recording_dir}: this is a run on another recording")
+    map_score = score_map(run.objects, truth)
+    return Evaluation(
+        label=label or _label(run),
+        run=run,
+        truth=truth,
+        live=live,
+        smoothed=_score_team(run.smoothed, truth) if run.smoothed else None,
+        map=map_score,
+        distances=distance_errors(map_score),
+    )
+
+
+def _score_team(estimates: dict[str, Trajectory], truth: Truth) -> TeamPaths:
+    matched = {robot: match_path(estimates.get(robot, no_poses()), true) for robot, true in truth.trajectories.items()}
+    robots = {robot: score_path(path) for robot, path in matched.items()}
+    return TeamPaths(matched, robots, mean_score(robots.values()))
+
+
+def _label(run: RunFolder) -> str:
+    return f"ommatidia, {run.method}" if run.method else "ommatidia"

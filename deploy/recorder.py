@@ -1,0 +1,141 @@
+"""Writes down a run as it is heard on the swarm's bus: live paths while it goes on, and at its end what map server and agents answer."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections import Counter, defaultdict
+from collections.abc import Collection, Sequence
+from contextlib import ExitStack
+from pathlib import Path
+from types import TracebackType
+from typing import Self, TextIO, TypeVar
+
+from agent.debug import PICTURES
+from mapserver.export import write_geojson, write_grid
+from protocol import topics
+from protocol.bus import Bus
+from protocol.codec import encode
+from protocol.errors import LinkError
+from protocol.messages import AgentStatus, LocalMap, Message, MotionVectors, PoseTuple, RobotPose, ServerStatus, Trajectory
+
+ANSWER_TIMEOUT_S = 30.0  # the smoothed paths are computed when they are asked for
+
+M = TypeVar("M", bound=Message)
+
+
+class Recorder:
+    """A client of the map server that fills a run's folder; it listens on the bus that it is given and starts no thread."""
+
+    def __init__(self, swarm: Bus, out: Path, robots: Sequence[str]) -> None:
+        self._swarm = swarm
+        self._out = out
+        self._robots = robots
+        self._poses = swarm.inbox(topics.POSES)
+        self._maps = swarm.inbox(topics.LOCAL_MAP)
+        self._vectors = swarm.inbox(topics.MOTION_VECTORS)
+        self._frame_bytes: defaultdict[str, Counter[int]] = defaultdict(Counter)  # by robot and stamp
+        self._paths: dict[str, TextIO] = {}
+        self._files = ExitStack()
+        self.predicted = dict.fromkeys(robots, 0)  # live poses without a local map of their stamp
+
+    def __enter__(self) -> Self:
+        """Open a file for every robot's live path."""
+        folder = self._out / "trajectories"
+        (folder / "smoothed").mkdir(parents=True)
+        for robot in self._robots:
+            self._paths[robot] = self._files.enter_context((folder / f"{robot}.tum").open("w", encoding="utf-8", buffering=1))
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+        """Close the files."""
+        self._files.close()
+
+    def wait_for_poses(self, stamp_ns: int, fired: Collection[str], timeout_s: float) -> None:
+        """Write the live poses of this stamp, for the robots whose cameras fired; LinkError where they do not come in time."""
+        deadline_s = time.monotonic() + timeout_s
+        while not self._write_poses_of(stamp_ns, fired):
+            left_s = deadline_s - time.monotonic()
+            if left_s <= 0.0:
+                raise LinkError(f"the map server published no poses for stamp {stamp_ns} within {timeout_s:g} s")
+            self._swarm.wait(left_s)
+
+    def write_pictures(self, ending: str = "") -> None:
+        """Ask every agent for all views of its last frame; one that has not had a usable frame yet answers none."""
+        folder = self._out / "pictures"
+        folder.mkdir(exist_ok=True)
+        for view in PICTURES:
+            for answer in self._swarm.ask(topics.AGENT_DEBUG, ANSWER_TIMEOUT_S, {"view": view}):
+                (folder / f"{answer.robot}_{view}{ending}.png").write_bytes(answer.png)
+
+    def write_results(self) -> None:
+        """Write what is known after the last step: pictures, the map, the smoothed paths."""
+        self.write_pictures("_end")
+        self.write_map()
+        self.write_smoothed()
+
+    def write_map(self) -> None:
+        """Ask for the whole map, and write it as polygons and as a grid."""
+        snapshot = self._ask(topics.MAP_SNAPSHOT, "the map")
+        write_geojson(snapshot, self._out / "map.geojson")
+        write_grid(snapshot, self._out)
+
+    def write_smoothed(self) -> None:
+        """Ask for the paths after all data were in, and write them."""
+        for path in self._ask(topics.TRAJECTORIES, "the smoothed paths").robots:
+            (self._out / "trajectories" / "smoothed" / f"{path.robot}.tum").write_text(_tum(path), encoding="utf-8")
+
+    def server_report(self) -> ServerStatus:
+        """Ask the map server how it fares."""
+        return self._ask(topics.SERVER_REPORT, "its report")
+
+    def agent_reports(self) -> dict[str, AgentStatus]:
+        """Ask all agents how they fare, and return their answers by name."""
+        reports = {answer.robot: answer for answer in self._swarm.ask(topics.AGENT_REPORT, ANSWER_TIMEOUT_S)}
+        if missing := sorted(set(self._robots) - reports.keys()):
+            raise LinkError(f"{', '.join(missing)} did not answer when asked for a report")
+        return reports
+
+    def frame_bytes(self, robot: str) -> list[int]:
+        """Return what each frame of a robot has cost on the bus so far: its local map and its motion vectors, encoded [bytes]."""
+        return list(self._frame_bytes[robot].values())
+
+    def _ask(self, query: topics.Query[M], what: str) -> M:
+        answers = self._swarm.ask(query, ANSWER_TIMEOUT_S)
+        if not answers:
+            raise LinkError(f"the map server did not answer when asked for {what}")
+        return answers[0]
+
+    def _count_bytes(self) -> None:
+        messages: list[LocalMap | MotionVectors] = [*self._maps.take(), *self._vectors.take()]
+        for message in messages:
+            self._frame_bytes[message.robot][message.stamp_ns] += len(encode(message))
+
+    def _write_poses_of(self, stamp_ns: int, fired: Collection[str]) -> bool:
+        """Take what has arrived; return whether the poses of this stamp were among it."""
+        self._count_bytes()
+        for poses in self._poses.take():
+            if poses.stamp_ns == stamp_ns:
+                self._write_poses(stamp_ns, {pose.robot: pose for pose in poses.robots}, fired)
+                return True
+        return False
+
+    def _write_poses(self, stamp_ns: int, poses: dict[str, RobotPose], fired: Collection[str]) -> None:
+        if missing := sorted(set(fired) - poses.keys()):
+            raise LinkError(f"the map server published no pose of {', '.join(missing)} for stamp {stamp_ns}")
+        for robot in fired:
+            self._paths[robot].write(tum_line(stamp_ns, poses[robot].arena_from_body))
+            self.predicted[robot] += poses[robot].predicted
+
+
+def tum_line(stamp_ns: int, arena_from_body: PoseTuple) -> str:
+    """Return one line of the TUM format: timestamp [s] x y z [m] qx qy qz qw; the stamp is exact to the nanosecond."""
+    x_m, y_m, theta_rad = arena_from_body
+    seconds, nanoseconds = divmod(stamp_ns, 1_000_000_000)
+    qz, qw = math.sin(0.5 * theta_rad), math.cos(0.5 * theta_rad)
+    return f"{seconds}.{nanoseconds:09d} {x_m:.9f} {y_m:.9f} 0 0 0 {qz:.9f} {qw:.9f}\n"
+
+
+def _tum(path: Trajectory) -> str:
+    stamps_ns, poses = path.stamps_ns.array(), path.arena_from_body.array()
+    return "".join(tum_line(int(stamp), (float(x), float(y), float(t))) for stamp, (x, y, t) in zip(stamps_ns, poses, strict=True))
