@@ -1,0 +1,89 @@
+"""How every figure of the table is measured, and what is needed for it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+from rich.console import Console
+
+from agent.pipeline import Method
+from tests.bench.command import measure_all
+from tests.bench.frames import EXCERPT, SHARED_RECORDINGS, open_case
+from tests.bench.report import byte_figures
+from tests.bounds.flow import flow_figures
+from tests.bounds.replays import files_that_differ, replay_figures, run
+from tests.bounds.table import COMPARED_ON, METHODS
+
+REAL_FLOW = SHARED_RECORDINGS.parent / "real" / "flow"
+BENCH_FRAMES = 50  # of each robot: enough for a median
+
+Figures = Mapping[str, float]
+
+
+@dataclass(frozen=True)
+class Desk:
+    """Where results are put, and where progress is shown."""
+
+    out: Path
+    console: Console
+
+
+@dataclass(frozen=True)
+class Measurement:
+    """One measurement: its name, the folder that it needs, and how it is done."""
+
+    name: str
+    needs: Path
+    measure: Callable[[Desk], Figures]
+
+    @property
+    def missing(self) -> str | None:
+        """Why it cannot be measured on this machine; None where it can."""
+        return None if self.needs.is_dir() else "../shared is absent"
+
+
+def all_measurements() -> list[Measurement]:
+    """Return all measurements in the order in which they are done; `pace` needs the run that `excerpt` leaves."""
+    recordings = {name: SHARED_RECORDINGS / name for name in COMPARED_ON}
+    return [
+        *(Measurement(f"bench_{name}", folder, partial(_bench, folder, 1)) for name, folder in recordings.items()),
+        Measurement("bench_excerpt", EXCERPT, partial(_bench, EXCERPT, 2)),
+        Measurement("excerpt", EXCERPT, partial(_replay, EXCERPT, "full")),
+        Measurement("pace", EXCERPT, _pace),
+        *(Measurement(name, folder, partial(_replay, folder, "full")) for name, folder in recordings.items()),
+        *(
+            Measurement(f"{name} {method}", folder, partial(_replay, folder, method))
+            for name, folder in recordings.items()
+            for method in METHODS
+            if method != "full"
+        ),
+        Measurement("flow", REAL_FLOW, lambda _: flow_figures(REAL_FLOW)),
+    ]
+
+
+def _replay(recording: Path, method: Method, desk: Desk) -> Figures:
+    return replay_figures(recording, desk.out / f"{recording.name}-{method}", desk.console, method)
+
+
+def _pace(desk: Desk) -> Figures:
+    """Replay the excerpt at its recorded pace, and compare with the run at full speed."""
+    paced = desk.out / f"{EXCERPT.name}-paced"
+    run(EXCERPT, paced, desk.console, "full", rate=1.0)
+    differing = files_that_differ(paced, desk.out / f"{EXCERPT.name}-full")
+    return {"files_that_differ": float(len(differing))}
+
+
+def _bench(recording: Path, enlarged: int, desk: Desk) -> Figures:
+    [result] = measure_all([open_case(recording, enlarged)], desk.console, BENCH_FRAMES)
+    sizes = byte_figures(result)
+    return {
+        "step_ratio": result.step_over_classical.value,
+        "correction_ratio": result.points_over_whole.value,
+        "bytes_mean": sizes["mean"],
+        "bytes_max": sizes["max"],
+        "step_ms": result.stages["agent step"].p50_ms,
+        "classical_ms": result.stages["classical"].p50_ms,
+    }
