@@ -48,7 +48,7 @@ class FloorPatch:
         fine = cv2.GaussianBlur(cells, (0, 0), _FINE_CELLS)
         band = cv2.subtract(fine, cv2.blur(cells, (_COARSE_CELLS, _COARSE_CELLS)))
         power = cv2.blur(cv2.multiply(band, band), (_CONTRAST_CELLS, _CONTRAST_CELLS))
-        return np.asarray(cv2.divide(band, cv2.sqrt(power) + _CONTRAST_FLOOR), dtype=np.float32)
+        return np.asarray(cv2.divide(band, cv2.sqrt(np.maximum(power, 0.0)) + _CONTRAST_FLOOR), dtype=np.float32)
 
     def bare(self, not_floor: NDArray[np.uint8], margin_m: float) -> NDArray[np.bool_]:
         """Return which cells, (size, size), show bare floor at least `margin_m` away from anything in the mask of the view."""
