@@ -19,9 +19,9 @@ from agent.logs import start_logging
 from agent.methods import make_pipeline
 from agent.rig import Calibration
 from agent.service import Service
-from agent.stage_clock import StageClock
-from agent.stopping import Stopped, StopRequest, open_client
 from protocol.errors import OmmatidiaError
+from protocol.stage_clock import StageClock
+from protocol.stopping import Stopped, StopRequest, open_client
 
 _log = logging.getLogger(__name__)
 

@@ -20,9 +20,9 @@ from agent.drivers.bus_wheels import BusWheels
 from agent.drivers.wheels import Wheels
 from agent.guard_pipe import GuardReport, Heartbeat, Pipe
 from agent.logs import start_logging
-from agent.stopping import Stopped, StopRequest, open_client
 from protocol.errors import OmmatidiaError
 from protocol.messages import WheelCommand, WheelReadings
+from protocol.stopping import Stopped, StopRequest, open_client
 
 CYCLE_S = 0.02
 HEARTBEAT_LIMIT_S = 0.2

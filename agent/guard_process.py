@@ -13,9 +13,9 @@ from types import MappingProxyType
 from typing import Self
 
 from agent.guard_pipe import GuardReport, Heartbeat, Pipe
-from agent.stopping import Stopped
 from protocol.errors import DriverError
 from protocol.messages import WheelReadings
+from protocol.stopping import Stopped
 
 _START_S = 20.0  # loading Python on a slow board, then the driver's own 10 s to find its wheels
 _END_S = 1.0

@@ -12,11 +12,11 @@ from agent import debug
 from agent.config import AgentConfig
 from agent.drivers.camera import Camera, CapturedFrame
 from agent.pipeline import Pipeline, Step
-from agent.stage_clock import StageClock
 from agent.wheel_history import WheelHistory
 from protocol.bus import Bus
 from protocol.geometry import Array
 from protocol.messages import AgentStatus, DebugPicture, WheelReadings
+from protocol.stage_clock import StageClock
 from protocol.topics import AGENT_ALIVE, AGENT_DEBUG, AGENT_REPORT, AGENT_STATUS, LOCAL_MAP, MOTION_VECTORS
 
 TURN_S = 0.05  # the longest sleep in one turn of the loop: a quarter of what the wheel guard allows

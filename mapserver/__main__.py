@@ -4,51 +4,33 @@ from __future__ import annotations
 
 import argparse
 import logging
-import signal
 import sys
 from pathlib import Path
-from types import FrameType
 
 from mapserver.batching import Batches, WallBatches, WorldBatches
-from mapserver.clock import StageClock
 from mapserver.config import MapServerConfig, load_config
 from mapserver.pipeline import MapPipeline
 from mapserver.service import MapService
 from protocol.bus import Bus
 from protocol.errors import OmmatidiaError
+from protocol.stage_clock import StageClock
+from protocol.stopping import StopRequest
 
 BAD_USAGE = 2
 
 _log = logging.getLogger(__name__)
 
 
-class StopRequest:
-    """Becomes true with the first SIGTERM or SIGINT."""
-
-    def __init__(self) -> None:
-        """Take over both signals; only the main thread may."""
-        self._asked = False
-        for number in (signal.SIGTERM, signal.SIGINT):
-            signal.signal(number, self._ask)
-
-    def __call__(self) -> bool:
-        """Tell whether the process was asked to end."""
-        return self._asked
-
-    def _ask(self, _number: int, _frame: FrameType | None) -> None:
-        self._asked = True
-
-
 def run(config_file: Path) -> None:
     """Serve until asked to stop. Raises OmmatidiaError where that cannot begin."""
-    stopping = StopRequest()
+    stop = StopRequest()
     logging.basicConfig(level=logging.INFO, format="%(levelname)s mapserver: %(message)s", force=True)
     config = load_config(config_file)
     _log.info("configuration: %s", config.model_dump_json())
     with Bus.open_router(config.site, config.listen) as bus:
         service = _service(config, bus)
         print(f"ready {bus.endpoint}", flush=True)
-        service.run(stopping)
+        service.run(stop.asked)
 
 
 def main() -> int:

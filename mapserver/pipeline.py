@@ -6,7 +6,6 @@ from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 from mapserver.batching import Batch
-from mapserver.clock import StageClock
 from mapserver.config import RobotSettings
 from mapserver.mapping.association import associate
 from mapserver.mapping.belief import Belief
@@ -29,6 +28,7 @@ from protocol.messages import (
     covariance_tuple,
     pose_tuple,
 )
+from protocol.stage_clock import StageClock
 
 
 class Merged(NamedTuple):

@@ -8,12 +8,12 @@ from collections import Counter
 from collections.abc import Callable, Iterable
 
 from mapserver.batching import Batch, Batches
-from mapserver.clock import StageClock
 from mapserver.intake import Intake
 from mapserver.pipeline import MapPipeline, Merged
 from protocol.bus import Bus
 from protocol.codec import encode
 from protocol.messages import ServerStatus
+from protocol.stage_clock import StageClock
 from protocol.topics import (
     ACKNOWLEDGEMENT,
     AGENT_ALIVE,

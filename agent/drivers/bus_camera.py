@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from agent.drivers.camera import CapturedFrame
-from agent.stage_clock import StageClock
 from protocol.bus import Bus
 from protocol.messages import Frame
+from protocol.stage_clock import StageClock
 from protocol.topics import CAMERA_READY, FRAME
 
 MISSING = "picture: missing"

@@ -12,9 +12,9 @@ import pytest
 
 from agent.guard_pipe import GuardReport, Heartbeat, Pipe
 from agent.guard_process import GuardProcess
-from agent.stopping import Stopped
 from protocol.errors import DriverError
 from protocol.messages import Packed, WheelCommand, WheelReadings
+from protocol.stopping import Stopped
 
 STANDING = WheelCommand(left_rad_s=0.0, right_rad_s=0.0)
 READINGS = WheelReadings(until_ns=5, stamps_ns=Packed.of([5], "i8"), angles_rad=Packed.of([[0.1, 0.2]], "f8"))

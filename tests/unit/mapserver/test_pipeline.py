@@ -9,12 +9,12 @@ import pytest
 import shapely
 
 from mapserver.batching import Batch
-from mapserver.clock import StageClock
 from mapserver.export import grid_picture
 from mapserver.mapping.grid import CELL_M
 from mapserver.pipeline import MapPipeline, Merged
 from protocol.geometry import Pose2
 from protocol.messages import LocalMap, MapUpdate
+from protocol.stage_clock import StageClock
 from tests.unit.mapserver.worlds import STEP_NS, batch, local_map, rectangle, region_of, settings, sighting_of, smear_of
 
 POSES = {"r1": Pose2(-0.7, 0.0, 0.0), "r2": Pose2(0.1, 0.7, 1.0), "r3": Pose2(0.7, -0.2, 2.0)}

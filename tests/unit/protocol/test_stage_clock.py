@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from agent.stage_clock import StageClock
+from protocol.stage_clock import StageClock
 
 
 class SteppedClock:
@@ -49,3 +49,7 @@ def test_durations_beyond_the_scale_count_at_its_ends(duration_ms: float, told_m
     clock = StageClock()
     clock.add("flow", duration_ms)
     assert clock.times()["flow"].p99_ms == pytest.approx(told_ms, rel=0.011)
+
+
+def test_a_stage_that_never_ran_has_no_times() -> None:
+    assert StageClock().times() == {}
