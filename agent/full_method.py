@@ -19,6 +19,7 @@ from agent.slam.odometry import WheelGeometry, WheelNoise
 from agent.slam.regions import describe
 from agent.slam.robot_watch import RobotWatch
 from agent.view import View, make_view
+from agent.vision.depth_steps import cut_at_depth_steps
 from agent.vision.floor_patch import FloorPatch
 from agent.vision.floor_removal import FloorColours, FloorRemoval
 from agent.vision.floor_view import Picture, make_floor_view
@@ -31,6 +32,7 @@ from protocol.geometry import Array
 FLOOR_MARGIN_IN_HEIGHTS = 0.04  # floor this near to an object is not aligned with: its contact shadow, and the mask's own error
 BASE_TOLERANCE_IN_HEIGHTS = 0.02  # by which the profile across a robot's base may differ from a circle
 FLOOR_RANGE_IN_HEIGHTS = 3.4  # bare floor is vouched for to here; farther out small things are lost between pixels
+DEPTH_STEP_IN_HEIGHTS = 0.15  # a leap of a region's near border by this much parts two things
 LEAST_REGION_PX = 25.0  # of the view
 
 
@@ -77,7 +79,8 @@ class FullMethod:
         with stage("vectors"):
             vectors, kept = self._corners.follow(small, motion.odom_from_body)
         with stage("labels"):
-            borders = find_borders(open_rings(mask, self._floor_view), self._floor_view.nadir_px, LEAST_REGION_PX)
+            parted = cut_at_depth_steps(open_rings(mask, self._floor_view), self._floor_view, DEPTH_STEP_IN_HEIGHTS * self._height_m)
+            borders = find_borders(parted, self._floor_view.nadir_px, LEAST_REGION_PX)
             labels = self._corners.label(borders, motion.odom_from_body)
             regions = describe(borders, labels, self._corners.tracks, self._floor_view, self._projection)
         with stage("robots"):

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from agent.slam.feature_tracks import Tracks, heights
 from agent.slam.region_labels import LAST_LABEL
-from agent.slam.splitting import Corners, cut, split_range
+from agent.slam.splitting import Corners, cut, split
 from agent.vision.floor_projection import FloorProjection
 from agent.vision.floor_view import FloorView
 from agent.vision.hull import centre_of_polygon, convex_hull
@@ -61,12 +61,11 @@ def describe(borders: Borders, labels: NDArray[np.int32], tracks: Tracks, view: 
 
 def _standing(label: int, outline: Array, corners: Corners, eye: Array, camera_height_m: float) -> list[SeenRegion]:
     """Return the one or two things, one behind the other, that a static outline shows, given its corners of known height."""
-    behind_m = split_range(corners, camera_height_m)
-    if behind_m is None:
+    parted = split(corners, camera_height_m)
+    if parted is None:
         return [_static(label, outline, corners, eye, camera_height_m)]
-    ranges = np.hypot(*corners.appearances_m.T)
-    front, behind = cut(outline, eye, behind_m)
-    parts = [(label, front, corners.select(ranges < behind_m)), (2 * LAST_LABEL + 1 - label, behind, corners.select(ranges >= behind_m))]
+    front, behind = cut(outline, eye, parted.range_m)
+    parts = [(label, front, corners.select(~parted.behind)), (2 * LAST_LABEL + 1 - label, behind, corners.select(parted.behind))]
     return [_static(name, convex_hull(part), own, eye, camera_height_m) for name, part, own in parts if len(part) >= 3]
 
 

@@ -8,6 +8,7 @@ as high.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,8 +38,15 @@ class Corners:
         return np.asarray(self.appearances_m / (1.0 - self.slopes)[:, None])
 
 
-def split_range(corners: Corners, camera_height_m: float) -> float | None:
-    """Return the range [m] at which the thing behind begins to appear; None where there is only one thing."""
+class Split(NamedTuple):
+    """Two things in one region."""
+
+    range_m: float  # at which the thing behind begins to appear
+    behind: NDArray[np.bool_]  # (n,) which corners are its own; some of the front's may appear as far out
+
+
+def split(corners: Corners, camera_height_m: float) -> Split | None:
+    """Return where and how a region's corners part; None where there is only one thing."""
     standing = np.hypot(*corners.places_m().T)
     order = np.argsort(standing)
     gaps = np.diff(standing[order])
@@ -53,7 +61,9 @@ def split_range(corners: Corners, camera_height_m: float) -> float | None:
         beyond = appearing[behind].min() > np.quantile(appearing[front], 0.9)
         lower = OTHER_TOP[0] * top < top_behind < OTHER_TOP[1] * top
         if (beyond or lower) and len(stretch[front]) >= LEAST_FRONT_CORNERS and int(low.sum()) >= LEAST_LOW_CORNERS:
-            return float(appearing[behind].min())
+            mask = np.zeros(len(order), np.bool_)
+            mask[order[behind]] = True
+            return Split(float(appearing[behind].min()), mask)
     return None
 
 

@@ -33,6 +33,7 @@ FORGETTING = 0.15  # share of the newest picture in what is remembered
 
 CHROMA_BIN, CHROMA_BINS = 0.004, 80  # +-0.16 in the logarithm of a colour ratio
 BRIGHTNESS_BIN, BRIGHTNESS_BINS = 0.04, 64  # +-1.28 in the logarithm of brightness
+SEEN_BINS = 2  # half width within which samples count as one colour: grain spreads a floor over more bins than a direction has samples
 CHROMA_MARGIN_BINS = 3  # half width by which every learnt colour is widened: sensor noise and JPEG
 SOFT_EDGE = 0.2  # change of the logarithm of brightness over three pixels: no soft shadow is so steep
 GROWTH_MARGIN_BINS = 1  # what differs by more than this, averaged over the window below, and lies beside an object, belongs to it
@@ -91,7 +92,8 @@ class FloorRemoval:
         likely = np.zeros(sure.shape, np.bool_)
         likely[beside] = _odd_colour(red, blue, _known_colours(colours, GROWTH_MARGIN_BINS))
         grown = sure | _without_specks(likely)
-        return np.asarray(cv2.morphologyEx(grown, cv2.MORPH_CLOSE, np.ones((5, 5), np.uint8)), dtype=np.uint8)
+        closed = cv2.morphologyEx(grown, cv2.MORPH_CLOSE, np.ones((5, 5), np.uint8))
+        return np.asarray(closed * self._view.valid, dtype=np.uint8)
 
     def _spread(self, coefficients: Array) -> Field:
         """Return the fitted illumination at every pixel of the view, interpolated between the sampled ones."""
@@ -132,8 +134,10 @@ class FloorRemoval:
         red = _bin(residuals[1, near], CHROMA_BIN, CHROMA_BINS)
         blue = _bin(residuals[2, near], CHROMA_BIN, CHROMA_BINS)
         level = _bin(residuals[0, near], BRIGHTNESS_BIN, BRIGHTNESS_BINS)
-        chroma = _support(red * CHROMA_BINS + blue, sector, CHROMA_BINS**2).reshape(CHROMA_BINS, CHROMA_BINS)
-        brightness = _support(level, sector, BRIGHTNESS_BINS)
+        colours = _counts(red * CHROMA_BINS + blue, sector, CHROMA_BINS**2).reshape(SECTORS, CHROMA_BINS, CHROMA_BINS)
+        chroma = _support(_counts_around(colours, SEEN_BINS), colours.sum(axis=(1, 2)))
+        levels = _counts(level, sector, BRIGHTNESS_BINS)
+        brightness = _support(levels, levels.sum(axis=1))
         if known is None:
             return FloorColours(illumination, chroma, brightness)
         keep = 1.0 - FORGETTING
@@ -175,20 +179,29 @@ def _bin(values: Array, width: float, count: int) -> NDArray[np.intp]:
     return np.clip(np.floor(values / width + count / 2.0), 0, count - 1).astype(np.intp)
 
 
-def _support(bins: NDArray[np.intp], sector: NDArray[np.intp], count: int) -> Field:
-    """Return for every bin the share of directions, of those with any sample, in which it holds at least a thirtieth of the samples."""
-    table = np.zeros((SECTORS, count))
-    np.add.at(table, (sector, bins), 1.0)
-    total = table.sum(axis=1, keepdims=True)
-    seen = total[:, 0] > 0.0
+def _counts(bins: NDArray[np.intp], sector: NDArray[np.intp], count: int) -> Field:
+    """Return how many samples each direction has in each bin, (SECTORS, count)."""
+    return np.bincount(sector * count + bins, minlength=SECTORS * count).reshape(SECTORS, count).astype(np.float32)
+
+
+def _counts_around(counts: Field, half_width: int) -> Field:
+    """Return the sums of counts, (SECTORS, rows, cols), over windows that reach `half_width` bins to each side."""
+    window = np.ones((2 * half_width + 1, 2 * half_width + 1), np.float32)
+    return np.stack([np.asarray(cv2.filter2D(of_sector, -1, window, borderType=cv2.BORDER_CONSTANT), np.float32) for of_sector in counts])
+
+
+def _support(counts: Field, totals: Field) -> Field:
+    """Return for every bin the share of directions in which its counts, (SECTORS, ...), are over a thirtieth of the totals, (SECTORS,)."""
+    seen = totals > 0.0
     if not seen.any():
-        return np.zeros(count, np.float32)
-    return np.asarray((table[seen] > total[seen] / 30.0).mean(axis=0), dtype=np.float32)
+        return np.zeros(counts.shape[1:], np.float32)
+    least = totals[seen].reshape(-1, *[1] * (counts.ndim - 1)) / 30.0
+    return np.asarray((counts[seen] > least).mean(axis=0), dtype=np.float32)
 
 
 def _known_colours(colours: FloorColours, margin_bins: int) -> NDArray[np.bool_]:
     """Return which bins, (CHROMA_BINS, CHROMA_BINS), are within `margin_bins` of a colour that was learnt."""
-    known = (cv2.blur(colours.chroma_support, (3, 3)) * 9.0 > SUPPORT).astype(np.uint8)  # noise spreads one colour over neighbouring bins
+    known = (colours.chroma_support > SUPPORT).astype(np.uint8)
     middle = slice(CHROMA_BINS // 2 - 1, CHROMA_BINS // 2 + 1)
     known[middle, middle] = 1  # the fitted surface is floor
     width = 2 * margin_bins + 1

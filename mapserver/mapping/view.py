@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -17,6 +18,8 @@ from protocol.messages import LocalMap
 
 MAX_RANGE_M = 3.3  # no packed outline reaches further
 CLEAR_REACH_IN_HEIGHTS = 3.0  # beyond this a missing thing may just be too small to be told from the floor
+TOUCHING_M = 0.01
+MOST_COVERED = 0.5  # of a region's width, from the eye, that a nearer one may hide
 MOST_CLOSED = 0.3  # of a silhouette that may be hidden where the rest still tells
 
 
@@ -27,6 +30,7 @@ class StandingRegion(NamedTuple):
     nearest_m: Array  # (2,) where its base line comes nearest to the eye [arena]
     distance_m: float  # of that point from the eye
     height_m: float | None  # of its top, where the view has told it
+    covered: bool  # its base line, or most of it, lies behind another region, which it touches
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,8 +56,8 @@ class View:
         return 1.0 / (1.0 + (distance_m / self.eye_height_m) ** 2) ** 2
 
     def shows_whole(self, region: StandingRegion) -> bool:
-        """Tell whether no other robot cuts off a region. Where the reach does, its base line is still whole."""
-        return not region.outline.intersects(self.hidden)
+        """Tell whether no other robot, nor a nearer thing, cuts off a region. Where the reach does, its base line is still whole."""
+        return not region.covered and not region.outline.intersects(self.hidden)
 
     def is_open(self, silhouettes: NDArray[np.object_], distances_m: Array) -> NDArray[np.bool_]:
         """Tell of each silhouette, (n,), its base at a distance, (n,), whether it would be seen: within reach, and mostly unhidden."""
@@ -90,7 +94,7 @@ def lay(local_map: LocalMap, arena_from_body: Pose2, bodies: Sequence[Body]) -> 
         body_range_m=local_map.body_radius_m,
         hidden=hidden,
         closed=shapely.union_all([hidden, *moving]),
-        regions=tuple(_standing(outline, height_m, eye_m) for outline, height_m in standing),
+        regions=tuple(_with_covered([_standing(outline, height_m, eye_m) for outline, height_m in standing], eye_m)),
     )
 
 
@@ -98,7 +102,28 @@ def _standing(outline: shapely.Polygon, height_m: float | None, eye_m: Array) ->
     corners = shapely.get_coordinates(outline)
     distances_m = np.hypot(*(corners - eye_m).T)
     nearest = int(np.argmin(distances_m))
-    return StandingRegion(outline, corners[nearest], float(distances_m[nearest]), height_m)
+    return StandingRegion(outline, corners[nearest], float(distances_m[nearest]), height_m, covered=False)
+
+
+def _with_covered(regions: Sequence[StandingRegion], eye_m: Array) -> list[StandingRegion]:
+    """Return the regions, with those marked whose base line is lost behind another one."""
+    return [region._replace(covered=any(_covers(other, region, eye_m) for other in regions if other is not region)) for region in regions]
+
+
+def _covers(front: StandingRegion, behind: StandingRegion, eye_m: Array) -> bool:
+    """Tell whether one region stands before another, touches it, and takes up most of its width."""
+    if front.distance_m >= behind.distance_m or front.outline.distance(behind.outline) > TOUCHING_M:
+        return False
+    (first, last), (left, right) = _span(behind.outline, eye_m, behind.nearest_m), _span(front.outline, eye_m, behind.nearest_m)
+    return min(last, right) - max(first, left) > MOST_COVERED * (last - first)
+
+
+def _span(outline: shapely.Polygon, eye_m: Array, towards_m: Array) -> tuple[float, float]:
+    """Return the least and the greatest bearing [rad] of an outline from the eye, counted from the direction of a point."""
+    offsets = shapely.get_coordinates(outline) - eye_m
+    middle = math.atan2(towards_m[1] - eye_m[1], towards_m[0] - eye_m[0])
+    turns = np.angle(np.exp(1j * (np.arctan2(offsets[:, 1], offsets[:, 0]) - middle)))
+    return float(turns.min()), float(turns.max())
 
 
 def _polygon(points: Array) -> shapely.Polygon | None:
