@@ -54,7 +54,8 @@ class FullMethod:
         self._corners = CornerFollower(view, projection, view.scale / float(np.mean(calibration.focal_px)))
         self._body_radius_m, self._body_height_m = body.body_radius_m, body.body_height_m
         fitter = RobotFitter(projection, body.body_radius_m, body.body_height_m)
-        self._watch = RobotWatch(fitter, body.body_radius_m, projection.body_from_camera[:2, 3])
+        self._eye_m = projection.body_from_camera[:2, 3]
+        self._watch = RobotWatch(fitter, body.body_radius_m, self._eye_m)
         self._show: Callable[[], View] | None = None
 
     @property
@@ -84,7 +85,7 @@ class FullMethod:
             labels = self._corners.label(borders, motion.odom_from_body)
             regions = describe(borders, labels, self._corners.tracks, self._floor_view, self._projection)
         with stage("robots"):
-            profile = range_profile(borders, self._floor_view, self._projection)
+            profile = range_profile(borders, self._floor_view, self._eye_m)
             bases = round_bases(profile, self._body_radius_m, BASE_TOLERANCE_IN_HEIGHTS * self._height_m)
             tall = tall_bases(bases, self._body_height_m, borders, self._floor_view, self._projection)
             robots = self._watch.look(grey, motion.odom_from_body, tall)

@@ -15,6 +15,7 @@ from agent.vision.floor_projection import FloorProjection
 from agent.vision.floor_view import FloorView
 from agent.vision.hull import centre_of_polygon, convex_hull
 from agent.vision.outlines import Borders, floor_outlines
+from agent.vision.robust import median
 from protocol.geometry import Array
 
 MOVING_SHARE = 0.5  # of a region's corners, of those that can tell
@@ -45,7 +46,7 @@ def describe(borders: Borders, labels: NDArray[np.int32], tracks: Tracks, view: 
     eye = projection.body_from_camera[:2, 3]
     appearance = projection.floor_from_pixels(view.camera_pixels(tracks.pixels)) - eye
     described: list[SeenRegion] = []
-    for outline, label in zip(floor_outlines(borders, view, projection), labels, strict=True):
+    for outline, label in zip(floor_outlines(borders, view), labels, strict=True):
         own = tracks.labels == label
         motion = _motion(int(moving[own].sum()), int(settled[own].sum()))
         telling = own & settled
@@ -104,5 +105,5 @@ def _down_to_floor(outline: Array, eye: Array, corners: Corners) -> Array:
     border = corners.slopes[np.hypot(*corners.appearances_m.T) < near + NEAR_SHARE * (far - near)]
     if not len(border) or len(corners.slopes) < SURE_CORNERS or corners.slopes.max() > AFLOAT_SLOPE:
         return outline
-    base = eye + (outline - eye) / (1.0 - float(np.median(border)))
+    base = eye + (outline - eye) / (1.0 - float(median(border)))
     return convex_hull(np.concatenate([outline, base]))

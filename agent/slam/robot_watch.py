@@ -16,11 +16,12 @@ from protocol.geometry import Array, Pose2
 
 TRIES_PER_FRAME = 2
 PAUSE_FRAMES = 12  # a place where no robot was found is not tried again for so long
-NEW_FRAMES, CHECK_FRAMES = 3, 5
-CONVINCING_SUPPORT, CONVINCING_MISFIT_PX = 0.75, 0.35
-NEARER_M, RING_M = 0.008, 0.03
-SAME_PLACE_M = 0.06
-SAME_START_M = 0.003
+NEW_FRAMES, CHECK_FRAMES = 3, 5  # a robot is looked at from all its likely places in its first frames, and then in every fifth
+CONVINCING_SUPPORT, CONVINCING_MISFIT_PX = 0.75, 0.35  # of a whole silhouette in plain sight; a ring above the base fits its sides worse
+NEARER_M = 0.008  # a fit starts this much nearer than expected: more than a robot's place is wrong by, less than to its next edge
+RING_M = 0.03  # the painted ring above the base appears about this much farther out
+SAME_PLACE_M = 0.06  # under a body's radius: what is tried again there would be the same thing
+SAME_START_M = 0.003  # starts nearer to each other than this end in the same fit
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,7 +110,7 @@ class RobotWatch:
         return any(np.hypot(*(place - place_m)) < SAME_PLACE_M for place, _ in self._refused)
 
     def _try(self, grey: Picture, range_m: float, bearing_rad: float) -> RobotFit | None:
-        start = self._fitter.search(grey, range_m - self._radius_m, np.array([bearing_rad]))
+        start = self._fitter.search(grey, range_m - self._radius_m, bearing_rad)
         return None if start is None else self._fitter.fit(grey, start)
 
 

@@ -68,9 +68,9 @@ def split(corners: Corners, camera_height_m: float) -> Split | None:
 
 
 def cut(outline: Array, eye: Array, range_m: float) -> tuple[Array, Array]:
-    """Cut a convex outline, (n, 2) [m], across the line of sight at a range from the eye, (2,); return what is nearer and what is beyond.
+    """Cut an outline, (n, 2) [m], across the line of sight at a range from the eye, (2,); return what is nearer and what is beyond.
 
-    Either may be empty, (0, 2).
+    Either may be empty, (0, 2). Of an outline that is not convex a half may run along the cut; its convex hull is right.
     """
     offsets = outline - eye
     middle = offsets.mean(axis=0)
@@ -79,7 +79,7 @@ def cut(outline: Array, eye: Array, range_m: float) -> tuple[Array, Array]:
 
 
 def _half(polygon: Array, inside: Array) -> Array:
-    """Return the part of a convex polygon, (n, 2), where the signed distances `inside`, (n,), are not negative."""
+    """Return the part of a polygon, (n, 2), where the signed distances `inside`, (n,), are not negative."""
     kept: list[Array] = []
     for here, there, d_here, d_there in zip(polygon, np.roll(polygon, -1, axis=0), inside, np.roll(inside, -1), strict=True):
         if d_here >= 0.0:

@@ -18,6 +18,7 @@ Border = NDArray[np.int32]
 
 BINS = 720  # directions, half a degree each: a pixel or more of the view wherever a thing can stand
 LEAST_SPAN = 8  # directions that the nearer and the farther thing must each take up: less is a ragged border
+LEAST_BORDER_PX = 80  # around two things, each so wide at the robot's own rim
 NOTHING_M = 1e3  # the range where a region is not seen
 CUT_PX = 2  # wide enough that what remains is not connected across a corner
 
@@ -25,7 +26,7 @@ CUT_PX = 2  # wide enough that what remains is not connected across a corner
 def cut_at_depth_steps(not_floor: Mask, view: FloorView, least_step_m: float) -> Mask:
     """Return the mask, (rows, cols) of the view, cut along the line of sight wherever a region's near border leaps by `least_step_m`."""
     contours, _ = cv2.findContours(not_floor, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
-    borders = [np.asarray(contour[:, 0], np.int32) for contour in contours if len(contour) > 2 * LEAST_SPAN]
+    borders = [np.asarray(contour[:, 0], np.int32) for contour in contours if len(contour) > LEAST_BORDER_PX]
     rays = [ray for border in borders for ray in _cuts(border, view, least_step_m)]
     if not rays:
         return not_floor

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from agent.vision.floor_view import FloorView, Picture
+from agent.vision.robust import median
 from protocol.geometry import Array
 
 Field = NDArray[np.float32]
@@ -111,15 +112,15 @@ class FloorRemoval:
         terms, near = self._terms, self._near
         if known is None:
             fit = np.zeros((3, terms.shape[1]))
-            fit[:, 0] = np.median(samples[:, near], axis=1)
+            fit[:, 0] = median(samples[:, near])
             rounds = _FIRST_FIT_ROUNDS
         else:
             fit, rounds = known.illumination, _NEXT_FIT_ROUNDS
         residuals = samples - fit @ terms.T
-        residuals -= np.median(residuals[:, near], axis=1, keepdims=True)  # a jump of exposure moves the whole floor at once
+        residuals -= median(residuals[:, near])[:, None]  # a jump of exposure moves the whole floor at once
         ridge = _RIDGE * np.diag([0.0] + [1.0] * (terms.shape[1] - 1))
         for _ in range(rounds):
-            spread = 1.4826 * np.median(np.abs(residuals[:, near]), axis=1)
+            spread = 1.4826 * median(np.abs(residuals[:, near]))
             scale = 2.0 * np.clip(spread, _FIT_SCALE, 3.0 * _FIT_SCALE)
             weights = self._weights * np.prod(1.0 / (1.0 + (residuals / scale[:, None]) ** 2) ** 2, axis=0)
             weighted = terms * weights[:, None]
@@ -186,8 +187,9 @@ def _counts(bins: NDArray[np.intp], sector: NDArray[np.intp], count: int) -> Fie
 
 def _counts_around(counts: Field, half_width: int) -> Field:
     """Return the sums of counts, (SECTORS, rows, cols), over windows that reach `half_width` bins to each side."""
-    window = np.ones((2 * half_width + 1, 2 * half_width + 1), np.float32)
-    return np.stack([np.asarray(cv2.filter2D(of_sector, -1, window, borderType=cv2.BORDER_CONSTANT), np.float32) for of_sector in counts])
+    window = (2 * half_width + 1, 2 * half_width + 1)
+    sums = [cv2.boxFilter(of_sector, -1, window, normalize=False, borderType=cv2.BORDER_CONSTANT) for of_sector in counts]
+    return np.stack([np.asarray(of_sector, np.float32) for of_sector in sums])
 
 
 def _support(counts: Field, totals: Field) -> Field:

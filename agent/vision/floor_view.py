@@ -6,6 +6,7 @@ Floor removal works on this picture only. It is the camera's picture reduced by 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import cv2
@@ -23,6 +24,9 @@ BODY_MARGIN = 1.06  # the own body is masked this much wider than it should appe
 REACH_IN_HEIGHTS = 4.6  # floor is judged out to this many camera heights; beyond (78 degrees off the axis) a pixel covers over 4 cm
 
 
+RAYS = 16  # what goes all round the robot crosses each of them
+
+
 @dataclass(frozen=True, eq=False)
 class FloorView:
     """The reduced picture's geometry. `crop` is its part that can show floor, in reduced pixels."""
@@ -34,6 +38,7 @@ class FloorView:
     valid: NDArray[np.bool_]  # (rows, cols): not own body, not beyond the reach, not outside the image circle
     range_m: NDArray[np.float32]  # (rows, cols) distance from the body's origin along the floor; inf where there is no floor
     bearing_rad: NDArray[np.float32]  # (rows, cols) from the body's x axis
+    floor_m: Array  # (rows, cols, 2) the place on the floor [body]; NaN where there is none
     body_range_m: float  # floor nearer than this is hidden by the own body
     reach_m: float
 
@@ -43,6 +48,22 @@ class FloorView:
         full = picture[rows.start * self.scale : rows.stop * self.scale, cols.start * self.scale : cols.stop * self.scale]
         size = (cols.stop - cols.start, rows.stop - rows.start)
         return np.asarray(cv2.resize(full, size, interpolation=cv2.INTER_AREA), dtype=np.uint8)
+
+    @cached_property
+    def rays_px(self) -> list[tuple[NDArray[np.intp], NDArray[np.intp]]]:
+        """The pixels, columns and rows, along some rays from the point under the camera to the view's border."""
+        rows, cols = self.valid.shape
+        steps = np.arange(np.hypot(rows, cols))
+        rays = []
+        for turn in np.arange(RAYS) * (2.0 * np.pi / RAYS):
+            u, v = np.rint(self.nadir_px[:, None] + np.outer((np.cos(turn), np.sin(turn)), steps)).astype(np.intp)
+            inside = (u >= 0) & (u < cols) & (v >= 0) & (v < rows)
+            rays.append((u[inside], v[inside]))
+        return rays
+
+    def floor_of(self, pixels: NDArray[np.int32]) -> Array:
+        """Return the places on the floor, (n, 2) [m; body], of whole pixels of the view, (n, 2) u, v; NaN where there is none."""
+        return self.floor_m[pixels[:, 1], pixels[:, 0]]
 
     def camera_pixels(self, pixels: NDArray[Any]) -> Array:
         """Map pixels of the view, shape (n, 2) u, v, to camera pixels (n, 2)."""
@@ -73,7 +94,8 @@ def make_floor_view(projection: FloorProjection, size_px: tuple[int, int], body_
     ys, xs = np.flatnonzero(valid.any(axis=1)), np.flatnonzero(valid.any(axis=0))
     crop = (slice(int(ys[0]), int(ys[-1]) + 1), slice(int(xs[0]), int(xs[-1]) + 1))
     origin = np.array([crop[1].start * scale + first, crop[0].start * scale + first])
-    fields = valid[crop], range_m[crop].astype(np.float32), bearing[crop].astype(np.float32)
+    places = floor.reshape(*rows.shape, 2)[crop].copy()
+    fields = valid[crop], range_m[crop].astype(np.float32), bearing[crop].astype(np.float32), places
     under = projection.body_from_camera[:2, 3]
     nadir = (projection.pixels_from_floor(under[None])[0] - origin) / scale
     return FloorView(scale, crop, origin, nadir, *fields, body_range_m=body_range_m, reach_m=reach_m)

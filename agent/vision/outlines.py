@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from agent.vision.connection import connect_pieces, fills_its_hull
-from agent.vision.floor_projection import FloorProjection
 from agent.vision.floor_view import FloorView
 from agent.vision.hull import convex_hull
 from protocol.geometry import Array
@@ -25,9 +24,9 @@ MOST_REGIONS = 32  # in one local map
 
 def open_rings(not_floor: Mask, view: FloorView) -> Mask:
     """Return the mask, (rows, cols), cut open behind the robot where a wall surrounds it, so that no outline encloses the robot."""
-    count, components = cv2.connectedComponents(not_floor, connectivity=8)
-    if count == 1:
+    if not all(not_floor[v, u].any() for u, v in view.rays_px):
         return not_floor
+    count, components = cv2.connectedComponents(not_floor, connectivity=8)
     covered = np.flatnonzero(not_floor)
     directions = ((view.bearing_rad.ravel()[covered] + np.pi) * (DIRECTIONS / (2.0 * np.pi))).astype(np.intp) % DIRECTIONS
     seen = np.zeros((count, DIRECTIONS), np.bool_)
@@ -82,7 +81,7 @@ def find_borders(not_floor: Mask, centre_px: Array, least_area_px: float) -> Bor
     return Borders(pixels, [fills_its_hull([pieces[index] for index in group]) for group in groups], numbers)
 
 
-def floor_outlines(borders: Borders, view: FloorView, projection: FloorProjection) -> list[Array]:
+def floor_outlines(borders: Borders, view: FloorView) -> list[Array]:
     """Map all regions' borders onto the floor: per region (n, 2) [m; body], counter-clockwise, no farther out than the view reaches.
 
     A compact region becomes the convex hull of its points (III.5), which is exact for an upright convex thing seen from one side.
@@ -90,9 +89,9 @@ def floor_outlines(borders: Borders, view: FloorView, projection: FloorProjectio
     chosen = [points if compact else _simplified(points) for points, compact in zip(borders.pixels, borders.compact, strict=True)]
     if not chosen:
         return []
-    floor = projection.floor_from_pixels(view.camera_pixels(np.concatenate(chosen)))
+    floor = view.floor_of(np.concatenate(chosen))
     range_m = np.hypot(floor[:, 0], floor[:, 1])
-    floor *= np.minimum(1.0, view.reach_m / np.maximum(range_m, 1e-9))[:, None]
+    floor = floor * np.minimum(1.0, view.reach_m / np.maximum(range_m, 1e-9))[:, None]
     parts = np.split(floor, np.cumsum([len(points) for points in chosen])[:-1])
     return [_counter_clockwise(_finite(part), compact) for part, compact in zip(parts, borders.compact, strict=True)]
 

@@ -7,6 +7,7 @@ import numpy as np
 from agent.vision.floor_projection import FloorProjection
 from agent.vision.floor_view import FloorView
 from agent.vision.outlines import Borders
+from agent.vision.robust import median
 from protocol.geometry import Array
 
 DIRECTIONS = 360  # a degree each: 1 cm at 0.6 m, finer than the outline
@@ -16,15 +17,12 @@ _AXIS_COVERED = 0.8
 _LEAST_COVERED = 8  # of these samples, where the rest may be hidden
 
 
-def range_profile(borders: Borders, view: FloorView, projection: FloorProjection) -> Array:
-    """Return the range, (DIRECTIONS,) [m], from the point under the camera to the first thing that is not floor; inf where there is none.
+def range_profile(borders: Borders, view: FloorView, eye_m: Array) -> Array:
+    """Return the range, (DIRECTIONS,) [m], from the point under the camera, (2,) [m; body], to the first thing; inf where there is none.
 
     Directions run counter-clockwise from -pi of the body's x axis.
     """
-    floor = (
-        projection.floor_from_pixels(view.camera_pixels(np.concatenate([np.zeros((0, 2), np.int32), *borders.pixels])))
-        - projection.body_from_camera[:2, 3]
-    )
+    floor = view.floor_of(np.concatenate([np.zeros((0, 2), np.int32), *borders.pixels])) - eye_m
     range_m = np.hypot(floor[:, 0], floor[:, 1])
     profile = np.full(DIRECTIONS, np.inf)
     np.minimum.at(profile, _direction(np.arctan2(floor[:, 1], floor[:, 0])), np.nan_to_num(range_m, nan=np.inf))
@@ -43,7 +41,7 @@ def round_bases(profile: Array, radius_m: float, tolerance_m: float) -> Array:
     measured = profile[_direction(bearing[:, None] + offsets)]
     circle = distance[:, None] * np.cos(offsets) - np.sqrt(radius_m**2 - (distance[:, None] * np.sin(offsets)) ** 2)
     difference = np.abs(np.nan_to_num(measured, posinf=1e3) - circle)
-    misfit = np.where(np.isfinite(profile), np.median(difference, axis=1), np.inf) / (1.0 + distance**2)
+    misfit = np.where(np.isfinite(profile), median(difference), np.inf) / (1.0 + distance**2)
     covered = (difference < 4.0 * tolerance_m * (1.0 + distance[:, None] ** 2)).sum(axis=1) >= _LEAST_COVERED
     left = covered & (misfit <= tolerance_m)
     best: list[int] = []

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from agent.vision.floor_projection import FloorProjection
 from agent.vision.floor_view import Picture
-from agent.vision.robust import robust_sigma
+from agent.vision.robust import median, robust_sigma
 from protocol.geometry import Array
 
 BASE_POINTS, SIDE_POINTS, RIM_POINTS = 24, 14, 16
@@ -33,7 +33,7 @@ LEAST_CONTRAST = 5.0  # grey levels per pixel of an edge
 CLIPPED_CONTRAST = 12.0  # beyond this an edge counts no more: a printed pattern must not outweigh a silhouette
 MAX_ROUNDS, ROBUST_ROUNDS = 6, 3
 _DAMPING = 1e-6 * np.eye(2)  # keeps a step defined where all edges run one way
-SETTLED_M = 2e-4
+SETTLED_M = 5e-4  # the step after a smaller one would be far smaller still
 AGREEING_PX = 1.5  # an edge within this of the fitted silhouette supports it
 LEAST_SUPPORT = 0.6  # share of base, and of either side or the other with the rim, that must be supported
 EDGE_SIGMA_PX = 0.5  # of one edge, beyond what its scatter shows: the contact shadow, and paint that is no perfect cylinder
@@ -69,17 +69,17 @@ class RobotFitter:
         self._offsets_px = steps[1:-1]
         self._profile_px = steps
 
-    def search(self, grey: Picture, near_m: float, bearings_rad: Array) -> Array | None:
+    def search(self, grey: Picture, near_m: float, bearing_rad: float) -> Array | None:
         """Return the most convincing base centre, (2,) [m; body], of a robot whose base begins about `near_m` from the camera.
 
-        `bearings_rad` (k,) are directions from the camera at which a robot may stand. None where no silhouette stands out.
+        None where no silhouette stands out.
         """
         width = float(np.arcsin(min(1.0, self._radius_m / (near_m + self._radius_m))))
-        distance = (near_m + self._radius_m + SEARCH_RANGES_M)[:, None, None]
-        bearing = np.asarray(bearings_rad)[None, :, None] + SEARCH_TURNS[None, None, :] * width
+        distance = (near_m + self._radius_m + SEARCH_RANGES_M)[:, None]
+        bearing = bearing_rad + SEARCH_TURNS[None, :] * width
         offsets = distance[..., None] * np.stack([np.cos(bearing), np.sin(bearing)], axis=-1)
         centres = (self._eye_m + offsets).reshape(-1, 2)
-        scores = np.array(self._scores(grey, centres))
+        scores = self._scores(grey, centres)
         best = int(np.argmax(scores))
         return centres[best] if scores[best] > 0.5 * LEAST_CONTRAST else None
 
@@ -106,7 +106,7 @@ class RobotFitter:
         sides = np.abs(residuals[BASE_POINTS:-RIM_POINTS])[found[BASE_POINTS:-RIM_POINTS]]
         spread = np.linalg.inv(slopes[found].T @ (slopes[found] * weights[:, None]) + 1e-9 * np.eye(2))
         # Errors of neighbouring edges go together (shadow, calibration): a quarter of the edges are taken as independent.
-        return RobotFit(centre, np.asarray(4.0 * spread * (scatter + EDGE_SIGMA_PX**2)), support, float(np.median(sides)))
+        return RobotFit(centre, np.asarray(4.0 * spread * (scatter + EDGE_SIGMA_PX**2)), support, float(median(sides)))
 
     def _silhouette(self, centres: Array) -> _Silhouette:
         """Return the outlines of robots that stand at `centres`, (..., 2) [m; body]: base arc, left and right side, rim arc."""
@@ -140,8 +140,7 @@ class RobotFitter:
 
     def _edges(self, grey: Picture, here: Array, normal: Array) -> tuple[Array, Array]:
         """Return the place of the strongest edge near each point along its normal (n,) [px], and its contrast (n,) [grey levels per px]."""
-        track = np.nan_to_num(here[:, None] + self._profile_px[None, :, None] * normal[:, None], nan=-1e3).astype(np.float32)
-        values = cv2.remap(grey, track[..., 0], track[..., 1], cv2.INTER_LINEAR).astype(np.float64)
+        values = _sampled(grey, here[:, None] + self._profile_px[None, :, None] * normal[:, None])
         steepness = np.abs(values[:, 2:] - values[:, :-2]) / (2.0 * SEARCH_STEP_PX)
         strongest = np.argmax(steepness * np.exp(-0.5 * (self._offsets_px / PREFERENCE_PX) ** 2), axis=1)
         rows = np.arange(len(here))
@@ -158,13 +157,17 @@ class RobotFitter:
         points, normals = shapes.points[:, ::2], shapes.normals[:, ::2]
         width = 0.004
         ends = np.stack([points + width * normals, points - width * normals])
-        pixels = np.nan_to_num(self._projection.pixels_from_points(ends.reshape(-1, 3)), nan=-1e3).reshape(*ends.shape[:3], 2)
-        values = cv2.remap(
-            grey, pixels[..., 0].reshape(2 * len(centres), -1).astype(np.float32),
-            pixels[..., 1].reshape(2 * len(centres), -1).astype(np.float32), cv2.INTER_LINEAR,
-        ).reshape(ends.shape[:3]).astype(np.float64)  # fmt: skip
-        length = np.maximum(np.linalg.norm(pixels[0] - pixels[1], axis=-1), 1.0)
-        return np.asarray(np.minimum(np.abs(values[0] - values[1]) / length, CLIPPED_CONTRAST).mean(axis=1))
+        pixels = self._projection.pixels_from_points(ends.reshape(-1, 3)).reshape(2 * len(centres), -1, 2)
+        outer, inner = np.split(_sampled(grey, pixels), 2)
+        apart = np.subtract(*np.split(pixels, 2))
+        length = np.fmax(np.hypot(apart[..., 0], apart[..., 1]), 1.0)
+        return np.asarray(np.minimum(np.abs(outer - inner) / length, CLIPPED_CONTRAST).mean(axis=1))
+
+
+def _sampled(grey: Picture, pixels: Array) -> Array:
+    """Return the grey levels, (n, m), at pixels (n, m, 2), interpolated; black where the lens does not see them."""
+    inside = np.where(np.isfinite(pixels), pixels, -1e3).astype(np.float32)
+    return cv2.remap(grey, inside[..., 0], inside[..., 1], cv2.INTER_LINEAR).astype(np.float64)
 
 
 def _robust_move(slopes: Array, edges_px: Array) -> tuple[Array, Array]:

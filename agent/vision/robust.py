@@ -10,10 +10,11 @@ _SIGMA_PER_MAD = 1.4826  # of a normal distribution
 
 
 def robust_sigma(residuals: Array) -> float:
-    """Return the standard deviation of residuals (n,) around zero, n > 0, by the median of their magnitudes.
+    """Return the standard deviation of residuals (n,) around zero, n > 0, by the median of their magnitudes."""
+    return _SIGMA_PER_MAD * float(median(np.abs(residuals)))
 
-    The upper median is taken, which costs a third of numpy's and is the same but for a rank.
-    """
-    magnitudes = np.abs(residuals)
-    middle = magnitudes.size // 2
-    return _SIGMA_PER_MAD * float(np.partition(magnitudes, middle)[middle])
+
+def median(values: Array) -> Array:
+    """Return the upper median along the last axis, of size n > 0: a third of the cost of numpy's, and the same but for a rank."""
+    middle = values.shape[-1] // 2
+    return np.asarray(np.partition(values, middle, axis=-1)[..., middle])

@@ -42,9 +42,9 @@ class CountingFitter(RobotFitter):
 
     searched: list[tuple[float, float]]  # range to the base [m], bearing [rad]
 
-    def search(self, grey: Picture, near_m: float, bearings_rad: Array) -> Array | None:
-        self.searched.append((near_m, float(bearings_rad[0])))
-        return super().search(grey, near_m, bearings_rad)
+    def search(self, grey: Picture, near_m: float, bearing_rad: float) -> Array | None:
+        self.searched.append((near_m, bearing_rad))
+        return super().search(grey, near_m, bearing_rad)
 
 
 @pytest.fixture(scope="module")

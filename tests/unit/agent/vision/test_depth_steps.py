@@ -6,6 +6,7 @@ import pytest
 from numpy.typing import ArrayLike, NDArray
 
 from agent.vision.depth_steps import cut_at_depth_steps
+from protocol.geometry import Array
 from tests.unit.agent.floor_worlds import VIEW, box, disc, seen, upright
 
 STEP_M = 0.08
@@ -16,8 +17,8 @@ def covered(*things: ArrayLike) -> NDArray[np.uint8]:
     return np.asarray(np.maximum.reduce([seen(thing) for thing in things]), np.uint8)
 
 
-def aside(footprint: ArrayLike, y_m: float) -> NDArray[np.float64]:
-    return np.asarray(footprint, np.float64) + np.array([0.0, y_m])
+def aside(footprint: ArrayLike, y_m: float) -> Array:
+    return np.add(footprint, (0.0, y_m))
 
 
 def parts(mask: NDArray[np.uint8]) -> int:

@@ -23,7 +23,7 @@ def borders_of(mask: NDArray[np.uint8]) -> Borders:
 
 
 def profile_of(mask: NDArray[np.uint8]) -> Array:
-    return range_profile(borders_of(mask), VIEW, PROJECTION)
+    return range_profile(borders_of(mask), VIEW, PROJECTION.body_from_camera[:2, 3])
 
 
 def direction(bearing_rad: float) -> int:

@@ -130,21 +130,11 @@ def test_search_brings_a_start_near_enough_to_fit(frame: int, robot: str, scenes
     true_m = scene.robots_m[robot]
     for direction in DIRECTIONS:
         about_m = true_m + 0.007 * direction
-        start = fitter.search(scene.grey, float(np.hypot(*about_m)) - RADIUS_M, np.array([np.arctan2(about_m[1], about_m[0])]))
+        start = fitter.search(scene.grey, float(np.hypot(*about_m)) - RADIUS_M, float(np.arctan2(about_m[1], about_m[0])))
         assert start is not None
         fit = fitter.fit(scene.grey, start)
         assert fit is not None
         assert error_m(fit, true_m) < 0.004
-
-
-def test_search_finds_the_one_direction_of_many_in_which_a_robot_stands(scenes: dict[int, Scene], fitter: RobotFitter) -> None:
-    scene = scenes[0]
-    true_m = scene.robots_m["r2"]
-    ahead = np.linspace(-1.0, 1.0, 5)
-    bearings = np.append(ahead, np.arctan2(true_m[1], true_m[0]))
-    start = fitter.search(scene.grey, float(np.hypot(*true_m)) - RADIUS_M, bearings)
-    assert start is not None
-    assert np.hypot(*(start - true_m)) < 0.007
 
 
 @pytest.mark.parametrize("range_m", [0.40, 0.50, 0.60, 0.70])
@@ -155,7 +145,7 @@ def test_on_bare_floor_there_is_no_robot(range_m: float, scenes: dict[int, Scene
 
 def test_where_nothing_is_to_be_seen_search_finds_nothing(scenes: dict[int, Scene], fitter: RobotFitter) -> None:
     even = np.full_like(scenes[0].grey, 120)
-    assert fitter.search(even, 0.5, np.linspace(-3.0, 3.0, 7)) is None
+    assert all(fitter.search(even, 0.5, bearing) is None for bearing in np.linspace(-3.0, 3.0, 7).tolist())
     assert fitter.fit(even, np.array([0.5, 0.1])) is None
 
 
