@@ -62,7 +62,7 @@ BOUNDS = (
 
     Bound("excerpt: mean path error, live",           "excerpt.path_error_cm",                "<=", 0.3, "cm"),
     Bound("excerpt: frames without a pose",           "excerpt.missing_poses",                "=",  0),
-    Bound("excerpt: recall of obstacles",             "excerpt.recall",                       ">=", 0.85),
+    Bound("excerpt: recall of obstacles",             "excerpt.recall",                       ">=", 0.9),
     Bound("excerpt: obstacles invented",              "excerpt.invented",                     "=",  0),
     Bound("excerpt: robots drawn as obstacles",       "excerpt.robots_drawn",                 "=",  0),
     Bound("excerpt: bytes a frame, median",           "excerpt.bytes_median",                 "<=", 1500, "B"),
