@@ -1,25 +1,28 @@
 """The bus: typed topics, queries and presence over Zenoh. The only file that imports it.
 
 The map server (and the world) is a router session, everybody else a client of it. Zenoh's threads call nothing but `store`, `ask`,
-`arrive` and `leave` (inbox.py), which keep what they are given; there is no other thread. `Bus.wait` is where a loop sleeps.
+`arrive`, `leave` (inbox.py) and `keep` (answers.py), which keep what they are given; there is no other thread. `Bus.wait` is where a loop
+sleeps; a loop with several sessions gives them one `News` and sleeps there.
 Shared memory is off because it costs the router some 20 MB for every client that ever came.
 """
 
 from __future__ import annotations
 
 import json
-import threading
 from collections.abc import Callable, Iterable, Mapping
 from types import MappingProxyType
 from typing import Any, Generic, Self, TypeVar, cast
+from urllib.parse import quote, unquote
 
 import zenoh
 from zenoh.handlers import Callback
 
+from protocol.answers import Answers
 from protocol.codec import decode, encode
 from protocol.errors import DecodeError, LinkError
 from protocol.inbox import Inbox, PendingQuery, Presence, QueryInbox, Refusals
 from protocol.messages import Message
+from protocol.news import News
 from protocol.topics import MB, Query, Token, Topic
 
 M = TypeVar("M", bound=Message)
@@ -53,11 +56,11 @@ class Publisher(Generic[M]):
 class Bus:
     """One session on the bus of one site. Use it as a context manager, from one thread."""
 
-    def __init__(self, session: zenoh.Session, site: str, endpoint: str) -> None:
+    def __init__(self, session: zenoh.Session, site: str, endpoint: str, news: News | None = None) -> None:
         self.endpoint = endpoint
         self.bytes_sent = 0  # encoded messages and answers, without the transport's headers
         self._session, self._site = session, site
-        self._news = threading.Event()
+        self._news, self._owns_news = news or News(), news is None
         self._refusals = Refusals()
         self._held: list[object] = []  # what would end with its last reference
 
@@ -73,12 +76,15 @@ class Bus:
         return cls(session, site, _locator(session) if ephemeral else listen)
 
     @classmethod
-    def open_client(cls, site: str, endpoint: str, timeout_s: float = 10.0) -> Self:
-        """Connect to a router, trying again until `timeout_s`, then LinkError; a link that is lost later comes back by itself."""
+    def open_client(cls, site: str, endpoint: str, timeout_s: float = 10.0, news: News | None = None) -> Self:
+        """Connect to a router, trying again until `timeout_s`, then LinkError; a link that is lost later comes back by itself.
+
+        What comes is told to `news`, which may be shared with other sessions and outlives them all; without it the bus has its own.
+        """
         retry = {"period_init_ms": 50, "period_max_ms": 500, "period_increase_factor": 1.5}
         connect = {"endpoints": [endpoint], "timeout_ms": round(1e3 * timeout_s), "exit_on_failure": True, "retry": retry}
         try:
-            return cls(zenoh.open(_config("client", connect=connect)), site, endpoint)
+            return cls(zenoh.open(_config("client", connect=connect)), site, endpoint, news)
         except zenoh.ZError:
             raise LinkError(f"nobody answers at {endpoint} within {timeout_s:g} s: is the map server running?") from None
 
@@ -86,6 +92,8 @@ class Bus:
         """End the session and with it all tokens; closing twice is allowed."""
         if not self._session.is_closed():
             self._session.close()  # type: ignore[no-untyped-call]  # zenoh's stub leaves the return type out
+            if self._owns_news:
+                self._news.close()
 
     def __enter__(self) -> Self:
         return self
@@ -132,7 +140,7 @@ class Bus:
     def ask(self, query: Query[M], timeout_s: float = 5.0, parameters: Mapping[str, str] = _NO_PARAMETERS, **names: str) -> list[M]:
         """Return all valid answers that came in time, at once where nobody answers such questions; names left out stand for all."""
         key = query.pattern(self._site, names)
-        selector = zenoh.Selector(key, zenoh.Parameters(dict(parameters)))
+        selector = zenoh.Selector(key, zenoh.Parameters({name: quote(text) for name, text in parameters.items()}))
         try:
             replies = list(self._session.get(selector, target=zenoh.QueryTarget.ALL, priority=_PRIORITIES["bulk"], timeout=timeout_s))
         except zenoh.ZError:
@@ -141,6 +149,20 @@ class Bus:
         if len(samples) < len(replies):
             self._refusals.add(key, "no answer")  # once: this session and the router may both tell that time is up
         return [answer for sample in samples if (answer := self._answer(query, sample)) is not None]
+
+    def inquire(self, query: Query[M]) -> Answers[M]:
+        """Ask all who answer such questions, without parameters, and return at once; the answers come in their time."""
+        answers = Answers(query, self._refusals, self._news)
+
+        def keep(reply: zenoh.Reply) -> None:
+            if reply.ok is not None:
+                answers.keep(str(reply.ok.key_expr), reply.ok.payload.to_bytes())
+
+        try:
+            self._session.get(query.pattern(self._site, {}), _direct(keep), target=zenoh.QueryTarget.ALL)
+        except zenoh.ZError:
+            raise LinkError(f"{query.template} cannot be asked: the bus is closed") from None
+        return answers
 
     def announce(self, token: Token, **names: str) -> None:
         """Be present under this token until the bus is closed."""
@@ -160,10 +182,7 @@ class Bus:
 
     def wait(self, timeout_s: float) -> bool:
         """Sleep until something new is in any inbox or presence of this bus; True at once where something came since the last wait."""
-        if not self._news.wait(timeout_s):
-            return False
-        self._news.clear()
-        return True
+        return self._news.wait(timeout_s)
 
     def _count_sent(self, length_bytes: int) -> None:
         self.bytes_sent += length_bytes
@@ -202,7 +221,8 @@ def _direct(store: Callable[[T], None]) -> Callback[T]:
 
 
 def _parameters(asked: zenoh.Query) -> dict[str, str]:
-    return dict(cast("Iterable[tuple[str, str]]", asked.parameters))  # zenoh's stub has its iterator wrong
+    pairs = cast("Iterable[tuple[str, str]]", asked.parameters)  # zenoh's stub has its iterator wrong
+    return {name: unquote(text) for name, text in pairs}
 
 
 def _locator(session: zenoh.Session) -> str:

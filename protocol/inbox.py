@@ -13,7 +13,7 @@ import time
 from collections import Counter, OrderedDict, deque
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from typing import Generic, NamedTuple, TypeVar
+from typing import Generic, NamedTuple, Protocol, TypeVar
 
 from protocol.codec import decode
 from protocol.errors import DecodeError, LinkError
@@ -30,6 +30,14 @@ _INBOX_BYTES = 64 * MB
 _ARRIVAL_BYTES = 256  # what one waiting message costs besides its data
 _QUERIES = 256
 _NAMED = 1000  # senders and reasons that the log names: keys come from the network, so their number has to end
+
+
+class Wake(Protocol):
+    """What wakes the loop that takes."""
+
+    def set(self) -> None:
+        """Say that there is something new."""
+        ...
 
 
 class Refusals:
@@ -59,10 +67,17 @@ def _cost_bytes(arrival: _Arrival) -> int:
     return len(arrival.data) + _ARRIVAL_BYTES
 
 
+class Arrived(NamedTuple, Generic[M]):
+    """A message, and when it came."""
+
+    message: M
+    arrived_s: float  # on the inbox's clock
+
+
 class Inbox(Generic[M]):
     """The waiting messages of one topic, from one sender or from many."""
 
-    def __init__(self, topic: Topic[M], refusals: Refusals, news: threading.Event, clock_s: Callable[[], float] = time.monotonic) -> None:
+    def __init__(self, topic: Topic[M], refusals: Refusals, news: Wake, clock_s: Callable[[], float] = time.monotonic) -> None:
         self._topic, self._refusals, self._news, self._clock_s = topic, refusals, news, clock_s
         self._lock = threading.Lock()
         self._waiting: OrderedDict[object, _Arrival] = OrderedDict()
@@ -89,12 +104,17 @@ class Inbox(Generic[M]):
 
     def take(self) -> list[M]:
         """Return all valid messages that wait, oldest first; of a `latest` topic the newest of each sender."""
+        return [arrived.message for arrived in self.take_arrived()]
+
+    def take_arrived(self) -> list[Arrived[M]]:
+        """Return the same, each with the time at which it came."""
         with self._lock:
             arrivals, self._waiting, self._waiting_bytes = self._waiting, OrderedDict(), 0
             lost, self._lost = self._lost, 0
         if lost:
             self._refusals.add(self._topic.template, "inbox full", lost)
-        return [message for arrival in arrivals.values() if (message := self._open(arrival)) is not None]
+        opened = ((self._open(arrival), arrival.arrived_s) for arrival in arrivals.values())
+        return [Arrived(message, arrived_s) for message, arrived_s in opened if message is not None]
 
     @property
     def latest(self) -> M | None:
@@ -140,7 +160,7 @@ class PendingQuery(Generic[M]):
 class QueryInbox(Generic[M]):
     """The waiting questions of one key."""
 
-    def __init__(self, news: threading.Event) -> None:
+    def __init__(self, news: Wake) -> None:
         self._news = news
         self._waiting: deque[PendingQuery[M]] = deque(maxlen=_QUERIES)
 
@@ -157,7 +177,7 @@ class QueryInbox(Generic[M]):
 class Presence:
     """Who holds a token now. A token without a placeholder is present under its own template."""
 
-    def __init__(self, token: Token, news: threading.Event) -> None:
+    def __init__(self, token: Token, news: Wake) -> None:
         self._token, self._news = token, news
         self._changed = threading.Condition()
         self._present: frozenset[str] = frozenset()

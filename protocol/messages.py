@@ -17,7 +17,7 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, FiniteFloat,
 from protocol.errors import GeometryError
 from protocol.geometry import Pose2
 
-PROTOCOL_VERSION = 1
+PROTOCOL_VERSION = 2
 
 METRE_SCALE = 1e-4  # one unit of a packed length is 0.1 mm
 
@@ -285,12 +285,67 @@ class StageTimes(Message):
     p99_ms: FiniteFloat
 
 
+class Setpoint(Message):
+    """Where one robot should be at the broadcast's stamp, and how it should be moving then."""
+
+    robot: Name
+    arena_from_body: PoseTuple
+    speed_m_s: FiniteFloat  # along the body's x axis
+    turn_rad_s: FiniteFloat  # counter-clockwise
+
+
+class Setpoints(Message):
+    """One broadcast for all robots; who is not in it has no setpoint and stands."""
+
+    epoch: Count  # grows with every start of the map server
+    seq: Count  # counts broadcasts within the epoch, from 0
+    stamp_ns: StampNs
+    valid_until_ns: StampNs
+    robots: Annotated[tuple[Setpoint, ...], Field(max_length=1024)]
+
+
+class Slot(Message):
+    """The place in the formation that one robot is to hold now."""
+
+    robot: Name
+    leader_from_slot: tuple[FiniteFloat, FiniteFloat]  # [m; body of the leader]; (0, 0) for the leader itself
+
+
+class FormationState(Message):
+    """What the formation is doing, at the stamp of the setpoints with the same epoch and seq."""
+
+    epoch: Count
+    seq: Count
+    stamp_ns: StampNs
+    phase: Literal["waiting", "gathering", "moving", "avoiding", "exploring", "returning", "arrived", "blocked"]
+    reason: Annotated[str, Field(max_length=200)]  # one line for a person: what it waits for, or why it is blocked; empty otherwise
+    leader: Annotated[str, Field(max_length=32)]  # empty while there is none
+    goal: tuple[FiniteFloat, FiniteFloat] | None  # [m; arena] where the leader is heading
+    slots: Annotated[tuple[Slot, ...], Field(max_length=1024)]
+
+
+class StopState(Message):
+    """Whether a robot, or the whole swarm, is held by a latched stop; answers an order to stop or to release."""
+
+    who: Name  # the robot, or "server" for the swarm
+    stopped: bool
+    reason: Annotated[str, Field(max_length=200)]
+
+
+class ClockReading(Message):
+    """The map server's clock, read when it was asked for."""
+
+    stamp_ns: StampNs
+    runs: Literal["wall", "world"]  # wall: by itself; world: from one announced stamp of a replayed or simulated world to the next
+
+
 class AgentStatus(Message):
     """How one agent fares."""
 
     robot: Name
     epoch: Count
     state: str  # one line for a person: "mapping", or what is wrong
+    drive: Literal["standing", "driving", "slowed", "blocked", "stopped"]  # blocked: something is in the way; stopped: latched
     frames: dict[str, Count]  # received, used, dropped
     reasons: dict[str, Count]  # why frames or messages were dropped, each with its count
     bytes_sent: Count
@@ -369,6 +424,22 @@ class WheelCommand(Message):
 
     left_rad_s: FiniteFloat
     right_rad_s: FiniteFloat
+    answers_ns: StampNs = 0  # the stamp of the setpoints that it answers; 0 for a stop that answers none
+
+
+class BodyTruth(Message):
+    """Where one body of the world truly is."""
+
+    robot: Name
+    arena_from_body: PoseTuple
+    collisions: Count  # times it has run into something, so far
+
+
+class WorldTruth(Message):
+    """The world's own truth at one stamp, on the world's own router: for scoring only, no estimator may listen."""
+
+    stamp_ns: StampNs
+    bodies: tuple[BodyTruth, ...]
 
 
 def pose_tuple(pose: Pose2) -> PoseTuple:

@@ -9,6 +9,7 @@ from types import FrameType
 
 from protocol.bus import Bus
 from protocol.errors import LinkError
+from protocol.news import News
 
 _ATTEMPT_S = 0.5  # no signal is heard within one attempt to connect
 
@@ -33,12 +34,15 @@ class Stopped(Exception):
     """The process was asked to end while it was still starting."""
 
 
-def open_client(site: str, endpoint: str, stopping: Callable[[], bool], timeout_s: float = 10.0) -> Bus:
-    """Connect to a router, trying again until `timeout_s`, then LinkError; raises Stopped as soon as `stopping` says so."""
+def open_client(site: str, endpoint: str, stopping: Callable[[], bool], news: News, timeout_s: float = 10.0) -> Bus:
+    """Connect to a router, trying again until `timeout_s`, then LinkError; raises Stopped as soon as `stopping` says so.
+
+    What comes over the link is told to `news`.
+    """
     deadline_s = time.monotonic() + timeout_s
     while not stopping():
         try:
-            return Bus.open_client(site, endpoint, timeout_s=_ATTEMPT_S)
+            return Bus.open_client(site, endpoint, timeout_s=_ATTEMPT_S, news=news)
         except LinkError:
             if time.monotonic() >= deadline_s:
                 raise LinkError(f"nobody answers at {endpoint} within {timeout_s:g} s") from None

@@ -13,7 +13,9 @@ from protocol.keys import Key
 from protocol.messages import (
     Acknowledgement,
     AgentStatus,
+    ClockReading,
     DebugPicture,
+    FormationState,
     Frame,
     LocalMap,
     MapUpdate,
@@ -21,10 +23,13 @@ from protocol.messages import (
     MotionVectors,
     Poses,
     ServerStatus,
+    Setpoints,
+    StopState,
     Trajectories,
     WheelCommand,
     WheelReadings,
     WorldTime,
+    WorldTruth,
 )
 
 M = TypeVar("M", bound=Message)
@@ -65,13 +70,19 @@ AGENT_STATUS    = Topic("robot/{robot}/status",      AgentStatus,     1.0,    "l
 POSES           = Topic("server/poses",              Poses,           5.0,    "queue",  256 * KB)
 MAP_UPDATE      = Topic("server/map",                MapUpdate,       1.0,    "queue",  8 * MB, priority="bulk")
 ACKNOWLEDGEMENT = Topic("server/ack/{robot}",        Acknowledgement, 1.0,    "latest", 1 * KB)
+SETPOINTS       = Topic("server/setpoints",          Setpoints,       10.0,   "queue",  64 * KB, priority="urgent")
+FORMATION       = Topic("server/formation",          FormationState,  10.0,   "queue",  64 * KB)
 WORLD_TIME      = Topic("clock/time",                WorldTime,       5.0,    "queue",  64 * KB, when_full="wait")
 FRAME           = Topic("world/{robot}/frame",       Frame,           5.0,    "queue",  8 * MB, when_full="wait")
 WHEEL_READINGS  = Topic("world/{robot}/wheels",      WheelReadings,   5.0,    "queue",  1 * MB, when_full="wait")
-WHEEL_COMMAND   = Topic("world/{robot}/drive",       WheelCommand,    10.0,   "latest", 1 * KB, priority="urgent")
+WHEEL_COMMAND   = Topic("world/{robot}/drive",       WheelCommand,    10.0,   "queue",  1 * KB, priority="urgent")
+WORLD_TRUTH     = Topic("world/truth",               WorldTruth,      5.0,    "queue",  256 * KB)
 
 AGENT_DEBUG     = Query("robot/{robot}/debug",       DebugPicture,    16 * MB)  # ?view=labels|vectors|corrected|local_map
 AGENT_REPORT    = Query("robot/{robot}/report",      AgentStatus,     64 * KB)
+AGENT_STOP      = Query("robot/{robot}/stop",        StopState,       1 * KB)  # ?order=stop|release;reason=...
+SERVER_STOP     = Query("server/stop",               StopState,       1 * KB)  # the same, for the whole swarm
+SERVER_CLOCK    = Query("server/clock",              ClockReading,    1 * KB)
 SERVER_REPORT   = Query("server/report",             ServerStatus,    256 * KB)
 MAP_SNAPSHOT    = Query("server/snapshot",           MapUpdate,       32 * MB)  # all tiles, for who comes late or missed a change
 TRAJECTORIES    = Query("server/trajectories",       Trajectories,    32 * MB)  # smoothed

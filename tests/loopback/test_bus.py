@@ -24,13 +24,15 @@ from protocol.bus import Bus
 from protocol.codec import encode
 from protocol.errors import ConfigError, LinkError
 from protocol.inbox import Inbox, PendingQuery, QueryInbox
-from protocol.messages import AgentStatus, Frame, MapTile, MapUpdate, Message, WorldTime
+from protocol.messages import AgentStatus, ClockReading, Frame, MapTile, MapUpdate, Message, WorldTime
+from protocol.news import News
 from tests.unit.protocol.examples import local_map
 
 M = TypeVar("M", bound=Message)
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 PATIENCE_S = 10.0
+WHY = "50 % = a half; Tür & Tor | + ?"
 
 ROUTER_THAT_STAYS = """
 import threading
@@ -139,7 +141,7 @@ def map_update(seq: int, size_bytes: int = 0) -> MapUpdate:
 
 
 def status(robot: str, bytes_sent: int) -> AgentStatus:
-    return AgentStatus(robot=robot, epoch=0, state="mapping", frames={}, reasons={}, bytes_sent=bytes_sent, stages={})
+    return AgentStatus(robot=robot, epoch=0, state="mapping", drive="standing", frames={}, reasons={}, bytes_sent=bytes_sent, stages={})
 
 
 def test_every_router_takes_a_port_of_its_own_and_tells_it(swarm: Swarm) -> None:
@@ -254,16 +256,47 @@ def test_wait_ends_with_news_and_only_with_news(swarm: Swarm) -> None:
     assert not swarm.router.wait(0.01)
 
 
+def test_sessions_that_share_their_news_wake_one_loop(swarm: Swarm) -> None:
+    with (
+        News() as news,
+        Bus.open_client("lab", swarm.router.endpoint, news=news) as first,
+        Bus.open_client("lab", swarm.router.endpoint, news=news) as second,
+    ):
+        inboxes = [bus.inbox(topics.WORLD_TIME) for bus in (first, second)]
+        meet(swarm.r1, first)
+        meet(swarm.r1, second)
+        while news.wait(0.0):
+            pass
+        swarm.r1.publisher(topics.WORLD_TIME).put(world_time(1))
+        while not all(inbox.latest for inbox in inboxes):
+            assert news.wait(PATIENCE_S)
+            for inbox in inboxes:
+                inbox.take()
+
+
+def test_a_question_need_not_be_waited_for(swarm: Swarm) -> None:
+    questions = swarm.r1.queries(topics.SERVER_CLOCK)
+    meet(swarm.r2, swarm.r1)
+    answers = swarm.r2.inquire(topics.SERVER_CLOCK)
+    assert answers.take() == []
+    first_question(swarm.r1, questions).reply(ClockReading(stamp_ns=7, runs="wall"))
+    while not (come := answers.take()):
+        assert swarm.r2.wait(PATIENCE_S)
+    [answer] = come
+    assert answer.message.stamp_ns == 7
+    assert 0.0 < answer.arrived_s - answer.asked_s < PATIENCE_S
+
+
 def test_a_question_with_its_parameters_is_answered(swarm: Swarm) -> None:
     questions = swarm.r1.queries(topics.MAP_SNAPSHOT)
     meet(swarm.r2, swarm.r1)
     snapshot = map_update(seq=1)
     with ThreadPoolExecutor(1) as asker:
-        answers = asker.submit(swarm.r2.ask, topics.MAP_SNAPSHOT, PATIENCE_S, {"view": "labels", "scale": "2"})
+        answers = asker.submit(swarm.r2.ask, topics.MAP_SNAPSHOT, PATIENCE_S, {"view": "labels", "why": WHY})
         question = first_question(swarm.r1, questions)
         question.reply(snapshot)
         assert answers.result(PATIENCE_S) == [snapshot]
-    assert question.parameters == {"view": "labels", "scale": "2"}
+    assert question.parameters == {"view": "labels", "why": WHY}
     assert swarm.r1.bytes_sent == len(encode(snapshot))
 
 

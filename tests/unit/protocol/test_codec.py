@@ -20,7 +20,10 @@ from protocol.messages import (
     PROTOCOL_VERSION,
     Acknowledgement,
     AgentStatus,
+    BodyTruth,
+    ClockReading,
     DebugPicture,
+    FormationState,
     Frame,
     Identity,
     LocalMap,
@@ -34,13 +37,18 @@ from protocol.messages import (
     Region,
     RobotPose,
     ServerStatus,
+    Setpoint,
+    Setpoints,
     Sighting,
+    Slot,
     StageTimes,
+    StopState,
     Trajectories,
     Trajectory,
     WheelCommand,
     WheelReadings,
     WorldTime,
+    WorldTruth,
 )
 from tests.unit.protocol.examples import STAMP_NS, local_map, motion_vectors
 
@@ -55,6 +63,7 @@ EXAMPLES: list[Message] = [
         robot="r1",
         epoch=1,
         state="mapping",
+        drive="blocked",
         frames={"received": 3},
         reasons={"oversized": 1},
         bytes_sent=12,
@@ -86,7 +95,27 @@ EXAMPLES: list[Message] = [
     WorldTime(stamp_ns=STAMP_NS, robots=("r1", "r2")),
     Frame(stamp_ns=STAMP_NS, encoding="jpeg", shape=(0, 0), data=b"\xff\xd8"),
     WheelReadings(until_ns=STAMP_NS, stamps_ns=Packed.of([STAMP_NS], "i8"), angles_rad=Packed.of([[0.1, 0.2]], "f8")),
-    WheelCommand(left_rad_s=1.5, right_rad_s=-1.5),
+    WheelCommand(left_rad_s=1.5, right_rad_s=-1.5, answers_ns=STAMP_NS),
+    WorldTruth(stamp_ns=STAMP_NS, bodies=(BodyTruth(robot="r1", arena_from_body=(0.1, 0.2, 0.3), collisions=0),)),
+    Setpoints(
+        epoch=7,
+        seq=2,
+        stamp_ns=STAMP_NS,
+        valid_until_ns=STAMP_NS + 500_000_000,
+        robots=(Setpoint(robot="r1", arena_from_body=(0.1, 0.2, 0.3), speed_m_s=0.15, turn_rad_s=-0.2),),
+    ),
+    FormationState(
+        epoch=7,
+        seq=2,
+        stamp_ns=STAMP_NS,
+        phase="moving",
+        reason="",
+        leader="r1",
+        goal=(2.5, 0.5),
+        slots=(Slot(robot="r2", leader_from_slot=(-0.3, 0.2)),),
+    ),
+    StopState(who="r1", stopped=True, reason="asked by a person"),
+    ClockReading(stamp_ns=STAMP_NS, runs="wall"),
     DebugPicture(robot="r1", stamp_ns=STAMP_NS, name="labels", png=b"png"),
     ServerStatus(received={"r1": 5}, lost={"r1": 0}, refused={"malformed": 1}, bytes_received=99, stages={}),
     Trajectories(
@@ -198,7 +227,8 @@ def test_any_motion_vectors_come_back(rows: int, data: st.DataObject) -> None:
 
 
 def test_a_message_travels_as_version_name_and_bare_values() -> None:
-    assert msgpack.unpackb(encode(WheelCommand(left_rad_s=1.5, right_rad_s=-1.5))) == [PROTOCOL_VERSION, "WheelCommand", [1.5, -1.5]]
+    command = WheelCommand(left_rad_s=1.5, right_rad_s=-1.5, answers_ns=7)
+    assert msgpack.unpackb(encode(command)) == [PROTOCOL_VERSION, "WheelCommand", [1.5, -1.5, 7]]
 
 
 def test_a_word_of_a_fixed_choice_travels_as_its_position() -> None:
@@ -309,7 +339,7 @@ def test_too_few_or_too_many_values_are_refused(count: int) -> None:
 
 def test_keys_from_the_network_never_become_a_reason() -> None:
     status = body_of(next(message for message in EXAMPLES if isinstance(message, AgentStatus)))
-    status[3] = {"forged\nlog line": -1}
+    status[list(AgentStatus.model_fields).index("frames")] = {"forged\nlog line": -1}
     assert refusal(envelope(status, name="AgentStatus"), AgentStatus) == "invalid: frames"
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 import threading
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import pytest
 
@@ -18,6 +18,8 @@ from tests.unit.protocol.examples import local_map, motion_vectors
 
 MAP_KEY = "ommatidia/lab/robot/{}/map"
 DRIVE_KEY = "ommatidia/lab/world/{}/drive"
+
+LATEST = replace(topics.WHEEL_COMMAND, delivery="latest")
 
 
 @dataclass
@@ -42,7 +44,7 @@ class Desk:
         return Inbox(topics.LOCAL_MAP, self.refusals, self.news, self.clock)
 
     def commands(self) -> Inbox[WheelCommand]:
-        return Inbox(topics.WHEEL_COMMAND, self.refusals, self.news, self.clock)
+        return Inbox(LATEST, self.refusals, self.news, self.clock)
 
 
 def store_map(inbox: Inbox[LocalMap], seq: int, robot: str = "r1") -> None:
