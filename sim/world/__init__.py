@@ -1,0 +1,1 @@
+"""The simulated world as pure functions: what there is, how a camera sees it, how bodies move in it."""

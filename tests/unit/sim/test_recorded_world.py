@@ -1,0 +1,66 @@
+"""A recording's truth as a scene, its robots' looks and its cameras' views; and what is said of files that cannot be used."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from protocol.errors import RecordingError
+from sim.recorded_world import read_bodies, read_ceiling_view, read_scene, read_view
+
+SENSOR = """\
+{mount}:
+  cols: 4
+  rows: 4
+  data: [0, -1, 0, 0, -1, 0, 0, 0, 0, 0, -1, {height_m}, 0, 0, 0, 1]
+resolution: [1280, 960]
+camera_model: {model}
+intrinsics: [290.0, 291.0, 640.0, 480.0]
+distortion_coefficients: [0, 0, 0, 0]
+"""
+WORLD = {
+    "floor_variant": "grid",
+    "arena_bounds": [[-2, -1.5], [2, -1.5], [2, 1.5], [-2, 1.5]],
+    "obstacles": [
+        {"id": 0, "kind": "box", "material": "card", "height": 0.14, "footprint": [[0, 0], [1, 0], [1, 1]]},
+        {"id": 1, "kind": "cylinder", "material": "velvet", "height": 0.2, "footprint": [[0, 0], [1, 0], [1, 1]]},
+    ],
+}
+
+
+@pytest.fixture
+def recorded(tiny: Path) -> Path:
+    (tiny / "ground_truth").mkdir()
+    (tiny / "ground_truth" / "world.json").write_text(json.dumps(WORLD, indent=1))
+    fisheye = SENSOR.format(mount="T_BS", height_m=0.5, model="kannala_brandt") + "fov_deg: 185\n"
+    (tiny / "r1" / "cam0" / "sensor.yaml").write_text(fisheye)
+    (tiny / "ceiling" / "cam0").mkdir(parents=True)
+    (tiny / "ceiling" / "cam0" / "sensor.yaml").write_text(SENSOR.format(mount="T_WS", height_m=3.2, model="pinhole"))
+    return tiny
+
+
+def test_a_scene_holds_the_recorded_things(recorded: Path) -> None:
+    scene = read_scene(recorded)
+    assert (scene.x_min_m, scene.y_min_m, scene.x_max_m, scene.y_max_m, scene.floor) == (-2.0, -1.5, 2.0, 1.5, "grid")
+    assert [(thing.kind, thing.height_m, thing.material) for thing in scene.things] == [("box", 0.14, "card"), ("cylinder", 0.2, "speckle")]
+
+
+def test_bodies_and_views_are_as_recorded(recorded: Path) -> None:
+    assert read_bodies(recorded)["r2"].deck_radius_m == 0.071
+    view = read_view(recorded, "r1")
+    assert view.eye_m.tolist() == [0.0, 0.0, 0.5]
+    assert view.pixels(np.zeros(3)) + view.origin_px == pytest.approx([640.0, 480.0])
+    assert read_ceiling_view(recorded).eye_m.tolist() == [0.0, 0.0, 3.2]
+
+
+def test_a_file_that_cannot_be_used_is_named_with_its_field(recorded: Path) -> None:
+    file = recorded / "ground_truth" / "world.json"
+    file.write_text(file.read_text().replace("0.14", "-0.14"))
+    with pytest.raises(RecordingError, match=r"ground_truth/world\.json, obstacles\.0\.height: "):
+        read_scene(recorded)
+    file.write_text("{")
+    with pytest.raises(RecordingError, match=r"ground_truth/world\.json: is not YAML"):
+        read_scene(recorded)
