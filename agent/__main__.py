@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import gc
 import logging
 import sys
 import time
@@ -11,6 +12,7 @@ from pathlib import Path
 
 import cv2
 
+from agent.attention import AttentiveTimer
 from agent.calibration import read_calibration
 from agent.config import AgentConfig, load_config
 from agent.drivers.bus_camera import BusCamera
@@ -19,7 +21,9 @@ from agent.logs import start_logging
 from agent.methods import make_pipeline
 from agent.rig import Calibration
 from agent.service import Service
+from agent.steering import Steering
 from protocol.errors import OmmatidiaError
+from protocol.news import News
 from protocol.stage_clock import StageClock
 from protocol.stopping import Stopped, StopRequest, open_client
 
@@ -52,13 +56,18 @@ def _serve(config_file: Path, config: AgentConfig, calibration: Calibration, sto
     epoch = _epoch()
     with ExitStack() as stack:
         guard = stack.enter_context(GuardProcess.start(config_file))  # first: from here on the wheels stand
-        bus = stack.enter_context(open_client(config.robot.site, config.robot.endpoint, stop.asked))
-        world = stack.enter_context(open_client(config.robot.site, config.camera.endpoint, stop.asked))
-        pipeline = make_pipeline(config.robot.name, epoch, config.robot.method, config.body.body(), calibration, clock)
+        news = stack.enter_context(News())
+        news.watch(guard)
+        bus = stack.enter_context(open_client(config.robot.site, config.robot.endpoint, stop.asked, news))
+        world = stack.enter_context(open_client(config.robot.site, config.camera.endpoint, stop.asked, news))
+        steering = Steering(config, bus, guard)
+        timer = AttentiveTimer(clock, steering.turn)  # a step takes longer than setpoints may wait for their answer
+        pipeline = make_pipeline(config.robot.name, epoch, config.robot.method, config.body.body(), calibration, timer)
         guard.wait_ready(stop.asked)
         camera = BusCamera(world, config.robot.name, (calibration.width_px, calibration.height_px), clock)
+        gc.freeze()  # what is loaded by now lives as long as the process: no collection has to look through it, and hold up the wheels
         _log.info("ready, epoch %d", epoch)
-        Service(config, camera, guard, bus, pipeline, epoch=epoch, clock=clock).run(stop.asked)
+        Service(config, camera, steering, bus, pipeline, wait=news.wait, epoch=epoch, clock=clock).run(stop.asked)
 
 
 def _epoch() -> int:

@@ -7,11 +7,13 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
+from agent.control.limits import DriveLimits
 from agent.rig import Body
 from protocol.messages import Name
 from protocol.settings import Settings, load_toml
 
 Endpoint = Annotated[str, Field(pattern=r"^(tcp|tls)/[^/\s]+:\d{1,5}$")]  # such as tcp/192.168.1.20:7447
+Limit = Annotated[float, Field(gt=0.0, le=100.0, allow_inf_nan=False)]
 Length = Annotated[float, Field(gt=0.0, le=5.0, allow_inf_nan=False)]  # [m]; no robot here is larger
 
 
@@ -52,6 +54,21 @@ class WheelSettings(Settings):
     endpoint: Endpoint
 
 
+class DriveSettings(Settings):
+    """What the robot may do, and how far it keeps from things; the defaults suit the robot in the building manual."""
+
+    max_speed_m_s: Limit = 0.25
+    max_turn_rad_s: Limit = 2.5
+    max_wheel_rad_s: Limit = 12.0
+    max_acceleration_m_s2: Limit = 0.6
+    max_turn_acceleration_rad_s2: Limit = 12.0
+    margin_m: Annotated[float, Field(ge=0.0, le=1.0, allow_inf_nan=False)] = 0.02
+
+    def limits(self) -> DriveLimits:
+        """Return the limits as the controller takes them."""
+        return DriveLimits(**self.model_dump(exclude={"margin_m"}))
+
+
 class AgentConfig(Settings):
     """The whole file."""
 
@@ -59,6 +76,7 @@ class AgentConfig(Settings):
     body: BodySettings = BodySettings()
     camera: CameraSettings
     wheels: WheelSettings
+    drive: DriveSettings = DriveSettings()
 
 
 def load_config(file: Path) -> AgentConfig:

@@ -1,8 +1,9 @@
 """The wheel guard: the robot's second process, which alone owns the wheels. `python -m agent.guard --config FILE --pipe FD`.
 
-It turns at least every 20 ms, hands the wheels' readings to the agent, and stops the wheels when the agent's loop has stood still for
-0.2 s, when the agent is gone, at SIGTERM or SIGINT, and on every other way out. It lives in a session of its own, so that whatever
-ends the agent leaves it the time to do so.
+It turns at least every 20 ms, hands the wheels' readings to the agent and the agent's drive orders to the wheels, and stops the wheels
+when an order has become too old, when the agent's loop has stood still for 0.2 s, when it is told to hold them, when the agent is gone,
+at SIGTERM or SIGINT, and on every other way out. It lives in a session of its own, so that whatever ends the agent leaves it the time to
+do so.
 """
 
 from __future__ import annotations
@@ -18,16 +19,18 @@ from pathlib import Path
 from agent.config import load_config
 from agent.drivers.bus_wheels import BusWheels
 from agent.drivers.wheels import Wheels
-from agent.guard_pipe import GuardReport, Heartbeat, Pipe
+from agent.guard_pipe import DriveOrder, GuardReport, Instruction, Latch, LatchOrder, Pipe
 from agent.logs import start_logging
 from protocol.errors import OmmatidiaError
 from protocol.messages import WheelCommand, WheelReadings
+from protocol.news import News
 from protocol.stopping import Stopped, StopRequest, open_client
 
 CYCLE_S = 0.02
 HEARTBEAT_LIMIT_S = 0.2
 
 _STANDING = WheelCommand(left_rad_s=0.0, right_rad_s=0.0)
+_FREE = Latch(stopped=False, reason="", orders=0)
 
 _log = logging.getLogger(__name__)
 
@@ -37,13 +40,15 @@ class Guard:
 
     def __init__(self, wheels: Wheels, pipe: Pipe, clock_s: Callable[[], float] = time.monotonic) -> None:
         self._wheels, self._pipe, self._clock_s = wheels, pipe, clock_s
-        self._beat_s: float | None = None  # when the agent's last heartbeat came; None while it is silent
+        self._beat_s: float | None = None  # when the agent's last instruction came; None while it is silent
+        self._until_s: float | None = None  # until when the last order holds; None while there is none
+        self._applied, self._latch = _STANDING, _FREE
         self._told = False
 
     def run(self, stopping: Callable[[], bool]) -> None:
         """Guard the wheels until the agent is gone or the process is asked to end; the wheels stand before and after."""
         try:
-            self._wheels.stop()
+            self._stop()
             self._report(None)
             while not stopping() and not self._pipe.ended:
                 self.cycle()
@@ -51,27 +56,58 @@ class Guard:
             self._wheels.stop()
 
     def cycle(self) -> None:
-        """Hand on what the wheels have read within 20 ms, and see whether the agent still turns."""
+        """Hand on what the wheels have read within 20 ms, do as the agent says, and see whether it still turns."""
         for readings in self._wheels.read(CYCLE_S):
             self._report(readings)
         self._pipe.flush()
-        self._listen()
+        for instruction in self._pipe.take(Instruction):
+            self._follow(instruction)
+        self._watch()
 
     def _report(self, readings: WheelReadings | None) -> None:
-        self._pipe.send(GuardReport(fault="", readings=readings, applied=_STANDING, refused=self._refused()))
+        self._pipe.send(GuardReport(fault="", readings=readings, applied=self._applied, latch=self._latch, refused=self._refused()))
 
     def _refused(self) -> Mapping[str, int]:
         return {**self._wheels.refused, "readings: agent too slow": self._pipe.lost}
 
-    def _listen(self) -> None:
-        """Take heartbeats; stop the wheels once when they stay away."""
-        if self._pipe.take(Heartbeat):
-            self._beat_s = self._clock_s()
-        elif self._beat_s is not None and self._clock_s() - self._beat_s > HEARTBEAT_LIMIT_S:
+    def _follow(self, instruction: Instruction) -> None:
+        self._beat_s = self._clock_s()
+        if instruction.latch is not None:
+            self._hold(instruction.latch)
+        if instruction.drive is not None:
+            self._drive(instruction.drive)
+
+    def _drive(self, order: DriveOrder) -> None:
+        """Set the speeds; wheels that are held stand, which answers the setpoints as well."""
+        left, right = (0.0, 0.0) if self._latch.stopped else (order.left_rad_s, order.right_rad_s)
+        self._applied = self._wheels.drive(left, right, order.answers_ns)
+        self._until_s = self._clock_s() + order.valid_s
+        self._report(None)
+
+    def _hold(self, order: LatchOrder) -> None:
+        """Hold the wheels, or release them; released, they stand until the next drive order."""
+        stopped = order.order == "stop"
+        if stopped != self._latch.stopped:
+            _log.warning("wheels %s: %s", "stopped until they are released" if stopped else "released", order.reason or "no reason given")
+        self._stop()
+        self._latch = Latch(stopped=stopped, reason=order.reason, orders=self._latch.orders + 1)
+        self._report(None)
+
+    def _watch(self) -> None:
+        """Stop the wheels once when the agent's orders, or all its instructions, stay away."""
+        now_s = self._clock_s()
+        if self._beat_s is not None and now_s - self._beat_s > HEARTBEAT_LIMIT_S:
             self._beat_s = None
-            self._wheels.stop()
+            self._stop()
             _log.log(logging.DEBUG if self._told else logging.INFO, "the agent was silent for %.1f s: wheels stopped", HEARTBEAT_LIMIT_S)
             self._told = True
+        elif self._until_s is not None and now_s > self._until_s:
+            self._stop()
+            self._report(None)
+
+    def _stop(self) -> None:
+        self._wheels.stop()
+        self._applied, self._until_s = _STANDING, None
 
 
 def main(arguments: list[str]) -> int:
@@ -87,8 +123,8 @@ def main(arguments: list[str]) -> int:
         _guard(options.config, pipe, stop)
     except Stopped:
         return 0
-    except OmmatidiaError as error:
-        pipe.send(GuardReport(fault=str(error), readings=None, applied=_STANDING, refused={}))  # the agent tells it to the person
+    except OmmatidiaError as error:  # the agent tells it to the person
+        pipe.send(GuardReport(fault=str(error), readings=None, applied=_STANDING, latch=_FREE, refused={}))
         return 2
     return 0
 
@@ -97,11 +133,12 @@ def _guard(config_file: Path, pipe: Pipe, stop: StopRequest) -> None:
     config = load_config(config_file)
 
     def gone() -> bool:
-        pipe.take(Heartbeat)
+        pipe.take(Instruction)
         return stop.asked() or pipe.ended
 
-    with open_client(config.robot.site, config.wheels.endpoint, gone) as bus:
-        Guard(BusWheels(bus, config.robot.name), pipe).run(stop.asked)
+    with News() as news, open_client(config.robot.site, config.wheels.endpoint, gone, news) as bus:
+        news.watch(pipe)  # an order is carried out as it comes
+        Guard(BusWheels(bus, config.robot.name, config.drive.max_wheel_rad_s), pipe).run(stop.asked)
 
 
 if __name__ == "__main__":

@@ -4,22 +4,52 @@ from __future__ import annotations
 
 import select
 import socket
-from typing import TypeVar
+from typing import Annotated, Literal, TypeVar
+
+from pydantic import Field, FiniteFloat
 
 from protocol.codec import decode, encode
-from protocol.messages import Count, Message, WheelCommand, WheelReadings
+from protocol.messages import Count, Message, StampNs, WheelCommand, WheelReadings
 
 M = TypeVar("M", bound=Message)
+
+ORDER_LIMIT_S = 0.5  # no drive order holds for longer
 
 _LENGTH_BYTES = 4
 _LIMIT_BYTES = 2 * 1024 * 1024  # of one message, and of all that wait for an agent that does not read
 _CHUNK_BYTES = 64 * 1024
 
 
-class Heartbeat(Message):
-    """From the agent: its loop turns."""
+class DriveOrder(Message):
+    """How fast the wheels are to turn, and for how long that may be done without a further order."""
+
+    left_rad_s: FiniteFloat
+    right_rad_s: FiniteFloat
+    valid_s: Annotated[FiniteFloat, Field(gt=0.0, le=ORDER_LIMIT_S)]
+    answers_ns: StampNs  # the stamp of the setpoints that it answers
+
+
+class LatchOrder(Message):
+    """Stop the wheels, whatever else is ordered, until they are released; or release them."""
+
+    order: Literal["stop", "release"]
+    reason: Annotated[str, Field(max_length=200)]
+
+
+class Instruction(Message):
+    """From the agent, in every turn of its loop: that it turns, and what is to be done."""
 
     count: Count
+    drive: DriveOrder | None = None
+    latch: LatchOrder | None = None
+
+
+class Latch(Message):
+    """Whether the wheels are held, why, and how many orders to hold or release them have been heard."""
+
+    stopped: bool
+    reason: Annotated[str, Field(max_length=200)]
+    orders: Count
 
 
 class GuardReport(Message):
@@ -28,6 +58,7 @@ class GuardReport(Message):
     fault: str  # why the guard ends, in one line; empty while it does not
     readings: WheelReadings | None
     applied: WheelCommand  # the speeds that the wheels were last given
+    latch: Latch
     refused: dict[str, Count]  # what came in place of readings, by reason
 
 
@@ -72,6 +103,10 @@ class Pipe:
     def wait(self, timeout_s: float) -> None:
         """Wait until something has come, the other end is gone, or the time is over."""
         select.select([self._end], [], [], timeout_s)
+
+    def fileno(self) -> int:
+        """Return the descriptor on which something can be read once the other side has said something, or is gone."""
+        return self._end.fileno()
 
     def close(self) -> None:
         """End the pipe; the other side sees it."""

@@ -8,11 +8,12 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from pathlib import Path
 from types import MappingProxyType
 from typing import Self
 
-from agent.guard_pipe import GuardReport, Heartbeat, Pipe
+from agent.guard_pipe import DriveOrder, GuardReport, Instruction, Latch, LatchOrder, Pipe
 from protocol.errors import DriverError
 from protocol.messages import WheelReadings
 from protocol.stopping import Stopped
@@ -22,47 +23,56 @@ _END_S = 1.0
 _POLL_S = 0.05
 _PACKAGES = Path(__file__).resolve().parents[1]  # started here, the guard takes no package from the folder of a user
 
+_FREE = Latch(stopped=False, reason="", orders=0)
+
 _log = logging.getLogger(__name__)
 
 
 class GuardProcess:
-    """A running wheel guard. Use it as a context manager: the guard stops the wheels and ends with it, or with this process."""
+    """A running wheel guard. Use it as a context manager: the guard stops the wheels and ends with it, or with this process.
 
-    def __init__(self, process: subprocess.Popen[bytes], pipe: Pipe) -> None:
-        self._process, self._pipe = process, pipe
-        self._beats = 0
-        self._refused: Mapping[str, int] = MappingProxyType({})
-        self._ready = False
+    A guard that was killed could not stop the wheels. Another is then started from the configuration file, which begins by that.
+    """
+
+    def __init__(self, process: subprocess.Popen[bytes], pipe: Pipe, config_file: Path | None = None) -> None:
+        self._process, self._pipe, self._config_file = process, pipe, config_file
+        self._instructions = 0
+        self._last: GuardReport | None = None
 
     @classmethod
     def start(cls, config_file: Path) -> Self:
         """Start the guard of the robot in a configuration file."""
-        ours, theirs = socket.socketpair()
-        with theirs:
-            command = [sys.executable, "-m", "agent.guard", "--config", str(config_file.absolute()), "--pipe", str(theirs.fileno())]
-            process = subprocess.Popen(command, cwd=_PACKAGES, pass_fds=[theirs.fileno()], stdin=subprocess.DEVNULL, start_new_session=True)
-        return cls(process, Pipe(ours))
+        return cls(*_spawn(config_file), config_file)
 
     @property
     def refused(self) -> Mapping[str, int]:
         """What the guard could not read, by reason."""
-        return self._refused
+        return MappingProxyType({}) if self._last is None else self._last.refused
+
+    @property
+    def latch(self) -> Latch:
+        """Whether the guard holds the wheels."""
+        return _FREE if self._last is None else self._last.latch
+
+    def fileno(self) -> int:
+        """Return the descriptor on which something can be read once the guard has said something."""
+        return self._pipe.fileno()
 
     def wait_ready(self, stopping: Callable[[], bool]) -> None:
         """Wait until the guard has its wheels, and they stand. Raises DriverError where it fails, Stopped as soon as `stopping` says so."""
         deadline_s = time.monotonic() + _START_S
-        while not self._ready:
+        while self._last is None:
             if stopping():
                 raise Stopped
             if time.monotonic() > deadline_s:
                 raise DriverError(f"the wheel guard is not ready after {_START_S:g} s")
-            self.wait(_POLL_S)
+            self._pipe.wait(_POLL_S)
             self.take()
 
-    def beat(self) -> None:
-        """Tell the guard that the agent's loop turns."""
-        self._pipe.send(Heartbeat(count=self._beats))
-        self._beats += 1
+    def instruct(self, drive: DriveOrder | None = None, latch: LatchOrder | None = None) -> None:
+        """Tell the guard that the agent's loop turns, and what to do."""
+        self._pipe.send(Instruction(count=self._instructions, drive=drive, latch=latch))
+        self._instructions += 1
 
     def take(self) -> list[WheelReadings]:
         """Return the readings that have come, oldest first. Raises DriverError where the guard has ended."""
@@ -72,12 +82,8 @@ class GuardProcess:
         if self._pipe.ended:
             raise DriverError("the wheel guard was ended by something else; without it no wheel may turn")
         if reports:
-            self._ready, self._refused = True, reports[-1].refused
+            self._last = reports[-1]
         return [report.readings for report in reports if report.readings is not None]
-
-    def wait(self, timeout_s: float) -> None:
-        """Sleep until the guard has said something, or the time is over."""
-        self._pipe.wait(timeout_s)
 
     def close(self) -> None:
         """End the pipe, on which the guard stops the wheels and ends; one that does not is killed."""
@@ -85,13 +91,31 @@ class GuardProcess:
         try:
             self._process.wait(_END_S)
         except subprocess.TimeoutExpired:
-            if self._ready:  # before, it has not touched the wheels
-                _log.error("the wheel guard does not end; it is killed, and the wheels may turn")
             self._process.kill()
             self._process.wait()
+        if self._process.returncode < 0 and self._last is not None:  # before its first report it has not touched the wheels
+            self._stop_wheels_anew()
+
+    def _stop_wheels_anew(self) -> None:
+        """Have another guard stop the wheels; called once, since that one has no configuration file to start a third from."""
+        if self._config_file is None:
+            return
+        _log.error("the wheel guard was killed; another one stops the wheels")
+        deadline_s = time.monotonic() + _START_S
+        with GuardProcess(*_spawn(self._config_file)) as successor, suppress(Stopped):
+            successor.wait_ready(lambda: time.monotonic() > deadline_s)
 
     def __enter__(self) -> Self:
         return self
 
     def __exit__(self, *_: object) -> None:
         self.close()
+
+
+def _spawn(config_file: Path) -> tuple[subprocess.Popen[bytes], Pipe]:
+    """Start a guard, and return it with our end of the pipe."""
+    ours, theirs = socket.socketpair()
+    with theirs:
+        command = [sys.executable, "-m", "agent.guard", "--config", str(config_file.absolute()), "--pipe", str(theirs.fileno())]
+        process = subprocess.Popen(command, cwd=_PACKAGES, pass_fds=[theirs.fileno()], stdin=subprocess.DEVNULL, start_new_session=True)
+    return process, Pipe(ours)

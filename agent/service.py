@@ -1,21 +1,21 @@
-"""The agent's loop: receive a frame, step, publish, keep time. It owns all input and output; the pipeline below it has none."""
+"""The agent's loop: receive a frame, step, publish, drive, keep time. It owns all input and output; the pipeline below it has none."""
 
 from __future__ import annotations
 
 import logging
 import time
 from collections import Counter
-from collections.abc import Callable, Mapping
-from typing import Protocol
+from collections.abc import Callable
 
 from agent import debug
 from agent.config import AgentConfig
 from agent.drivers.camera import Camera, CapturedFrame
 from agent.pipeline import Pipeline, Step
-from agent.wheel_history import WheelHistory
+from agent.steering import Steering
+from agent.vision.liveness import Liveness
 from protocol.bus import Bus
 from protocol.geometry import Array
-from protocol.messages import AgentStatus, DebugPicture, WheelReadings
+from protocol.messages import AgentStatus, DebugPicture
 from protocol.stage_clock import StageClock
 from protocol.topics import AGENT_ALIVE, AGENT_DEBUG, AGENT_REPORT, AGENT_STATUS, LOCAL_MAP, MOTION_VECTORS
 
@@ -32,46 +32,29 @@ WHEELS_ENDED = "wheel readings: ended before the frame"
 _log = logging.getLogger(__name__)
 
 
-class WheelGuard(Protocol):
-    """What the loop needs of the process that owns the wheels."""
-
-    @property
-    def refused(self) -> Mapping[str, int]:
-        """What it could not read, by reason."""
-        ...
-
-    def beat(self) -> None:
-        """Tell it that the loop turns."""
-        ...
-
-    def take(self) -> list[WheelReadings]:
-        """Return the readings that have come, oldest first."""
-        ...
-
-    def wait(self, timeout_s: float) -> None:
-        """Sleep until there may be some, or the time is over."""
-        ...
-
-
 class Service:
-    """One robot's agent. Camera, guard and pipeline must be ready: `run` announces that the robot is there."""
+    """One robot's agent. Camera, wheel guard and pipeline must be ready: `run` announces that the robot is there.
+
+    `wait` sleeps for at most some seconds, until there is news from the camera, the guard or the bus.
+    """
 
     def __init__(
         self,
         config: AgentConfig,
         camera: Camera,
-        guard: WheelGuard,
+        steering: Steering,
         bus: Bus,
         pipeline: Pipeline,
         *,
+        wait: Callable[[float], object],
         epoch: int = 0,
         clock: StageClock | None = None,
         clock_s: Callable[[], float] = time.monotonic,
     ) -> None:
         self._robot, self._epoch = config.robot.name, epoch
-        self._camera, self._guard, self._bus, self._pipeline = camera, guard, bus, pipeline
-        self._clock, self._clock_s = clock or StageClock(), clock_s
-        self._history = WheelHistory()
+        self._camera, self._steering, self._bus, self._pipeline = camera, steering, bus, pipeline
+        self._clock, self._clock_s, self._wait = clock or StageClock(), clock_s, wait
+        self._wheels, self._liveness = steering.wheels, Liveness()
         self._frames = {"received": 0, "used": 0, "dropped": 0}
         self._reasons: Counter[str] = Counter()
         self._last_stamp_ns = -1
@@ -84,21 +67,25 @@ class Service:
 
     def run(self, stopping: Callable[[], bool]) -> None:
         """Turn until asked to stop. Raises DriverError where camera or wheels are lost for good."""
+        self._steering.start()
         self._bus.announce(AGENT_ALIVE, robot=self._robot)
         while not stopping():
+            self._steering.turn()
             frame = self._receive()
             if frame is not None:
                 self._step(frame, stopping)
             self._answer()
-            self._keep_time()
+            self._keep_time(is_busy=frame is not None)
 
     def status(self) -> AgentStatus:
         """Return how the agent fares."""
-        reasons = self._reasons + self._history.counts + Counter(self._guard.refused)
+        drive, why = self._steering.fares()
+        reasons = self._reasons + self._steering.counts
         return AgentStatus(
             robot=self._robot,
             epoch=self._epoch,
-            state=self._state(),
+            state=self._trouble() or why or "mapping",
+            drive=drive,
             frames=dict(self._frames),
             reasons=dict(reasons + Counter(self._camera.refused) + Counter(self._bus.refused)),
             bytes_sent=self._bus.bytes_sent,
@@ -107,9 +94,7 @@ class Service:
 
     def _receive(self) -> CapturedFrame | None:
         """Return the next frame, if there is one whose stamp grows."""
-        self._guard.beat()
-        frame = self._camera.read(TURN_S)
-        self._take_wheels()
+        frame = self._camera.read()
         if frame is None:
             return None
         self._frames["received"] += 1
@@ -123,11 +108,13 @@ class Service:
     def _step(self, frame: CapturedFrame, stopping: Callable[[], bool]) -> None:
         """Turn one frame into its two messages, and send them."""
         angles_rad = self._angles_at(frame.stamp_ns, stopping)
+        fault = frame.fault if frame.picture is None else self._liveness.fault(frame.picture, angles_rad)
         with self._clock.stage("step"):
-            step = self._pipeline.step(frame.stamp_ns, frame.picture, angles_rad)
+            step = self._pipeline.step(frame.stamp_ns, None if fault else frame.picture, angles_rad)
             self._publish(step)
+        self._steering.see(step.local_map, angles_rad)
         if step.local_map.picture == "dropped":
-            self._drop(frame, frame.fault or UNUSED)
+            self._drop(frame, fault or UNUSED)
         else:
             self._frames["used"] += 1
 
@@ -144,28 +131,26 @@ class Service:
             if picture is not None:
                 picture_query.reply(picture)
 
-    def _keep_time(self) -> None:
+    def _keep_time(self, *, is_busy: bool) -> None:
+        """Sleep until there is news, unless a further frame may wait already."""
         if self._clock_s() - self._last_status_s >= STATUS_PERIOD_S:
             self._last_status_s = self._clock_s()
             self._statuses.put(self.status())
+        if not is_busy:
+            self._wait(TURN_S)
 
     def _angles_at(self, stamp_ns: int, stopping: Callable[[], bool]) -> Array:
         """Return the wheels' angles, shape (2,) [rad: left, right], at a stamp, once all readings up to it are here."""
         deadline_s = self._clock_s() + WHEELS_LIMIT_S
-        while not self._history.covers(stamp_ns) and not stopping():
+        while not self._wheels.covers(stamp_ns) and not stopping():
             if self._clock_s() >= deadline_s:
                 self._reasons[WHEELS_LATE] += 1
                 break
-            self._guard.beat()
-            self._guard.wait(TURN_S)
-            self._take_wheels()
-        if not self._history.reaches(stamp_ns):
+            self._wait(TURN_S)
+            self._steering.turn()
+        if not self._wheels.reaches(stamp_ns):
             self._reasons[WHEELS_ENDED] += 1
-        return self._history.angles_at(stamp_ns)
-
-    def _take_wheels(self) -> None:
-        for readings in self._guard.take():
-            self._history.add(readings.stamps_ns.array(), readings.angles_rad.array(), readings.until_ns)
+        return self._wheels.angles_at(stamp_ns)
 
     def _drop(self, frame: CapturedFrame, reason: str) -> None:
         """Count a frame that gave no picture to the map; name each reason once."""
@@ -180,12 +165,13 @@ class Service:
             return None
         return DebugPicture(robot=self._robot, stamp_ns=view.stamp_ns, name=name, png=debug.png(debug.PICTURES[name](view)))
 
-    def _state(self) -> str:
+    def _trouble(self) -> str:
+        """Return what keeps the robot from mapping well, or nothing."""
         if self._frames["received"] == 0:
             return "waiting for the first frame"
         silent_s = self._clock_s() - self._last_frame_s
         if silent_s > SILENCE_S:
             return f"no frame for {silent_s:.0f} s"
-        if not self._history.reaches(self._last_stamp_ns):
+        if not self._wheels.reaches(self._last_stamp_ns):
             return "mapping without wheel readings"
-        return "mapping"
+        return ""

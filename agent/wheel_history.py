@@ -42,6 +42,11 @@ class WheelHistory:
             self._angles_rad = np.concatenate([self._angles_rad, angles_rad[fresh] - self._first_rad])[-_MAX_READINGS:]
         self._until_ns = max(self._until_ns, until_ns)
 
+    @property
+    def until_ns(self) -> int:
+        """The stamp up to which all readings are here, -1 before the first."""
+        return self._until_ns
+
     def covers(self, stamp_ns: int) -> bool:
         """Tell whether all readings up to a stamp are here."""
         return self._until_ns >= stamp_ns

@@ -38,9 +38,9 @@ class BusCamera:
         """Messages that were no frames, by reason."""
         return self._bus.refused
 
-    def read(self, timeout_s: float) -> CapturedFrame | None:
-        """Return the next frame, decoded, or None where none came in time."""
-        if not self._waiting and self._bus.wait(timeout_s):
+    def read(self) -> CapturedFrame | None:
+        """Return the next frame, decoded, or None where there is none yet."""
+        if not self._waiting:
             self._waiting.extend(self._inbox.take())
         if not self._waiting:
             return None

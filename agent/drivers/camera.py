@@ -27,8 +27,11 @@ class Camera(Protocol):
         """What came in place of frames and could not be read, by reason."""
         ...
 
-    def read(self, timeout_s: float) -> CapturedFrame | None:
-        """Return the next frame, or None where none came in time. Raises DriverError where no frame can come any more."""
+    def read(self) -> CapturedFrame | None:
+        """Return the next frame, or None where there is none yet, without waiting: a frame that comes wakes the agent's loop.
+
+        Raises DriverError where no frame can come any more.
+        """
         ...
 
     def close(self) -> None:

@@ -19,12 +19,16 @@ class Wheels(Protocol):
     def read(self, timeout_s: float) -> Sequence[WheelReadings]:
         """Return the readings since the last call, oldest first, as soon as there are any; none where none came in time.
 
-        Wheels that speak only when asked are asked once, at the end of that time. Raises DriverError where the wheels are lost.
+        Whoever reads may be woken earlier by something else, and then gets none. Wheels that speak only when asked are asked once, at
+        the end of that time. Raises DriverError where the wheels are lost.
         """
         ...
 
-    def drive(self, left_rad_s: float, right_rad_s: float) -> WheelCommand:
-        """Set both speeds and return what was really applied. Raises DriverError where the wheels are lost."""
+    def drive(self, left_rad_s: float, right_rad_s: float, answers_ns: int = 0) -> WheelCommand:
+        """Set both speeds, finite and slowed by one factor to what the wheels can, and return what was really applied.
+
+        `answers_ns` is the stamp of the setpoints that are answered by it, 0 if none are. Raises DriverError where the wheels are lost.
+        """
         ...
 
     def stop(self) -> None:

@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from agent.config import load_config
+from agent.control.limits import DriveLimits
 from agent.rig import Body
 from protocol.errors import ConfigError
 
@@ -32,6 +33,8 @@ def file(tmp_path: Path) -> Path:
 def test_what_only_the_owner_knows_is_enough(file: Path) -> None:
     config = load_config(file)
     assert (config.robot.method, config.robot.site, config.camera.driver) == ("full", "home", "bus")
+    assert config.drive.limits() == DriveLimits()
+    assert config.drive.margin_m == 0.02
     assert config.body.body() == Body(body_radius_m=0.075, body_height_m=0.30, wheel_base_m=0.12, wheel_radius_m=0.03)
 
 
@@ -53,6 +56,9 @@ def test_absolute_calibration_path_is_kept(file: Path) -> None:
         ("tcp/127.0.0.1:7447", "127.0.0.1:7447", "robot.endpoint"),
         ("[wheels]", '[wheels]\ndriver = "arduino"', "wheels.driver"),
         ("[wheels]", "[body]\nwheel_base_m = -0.12\n[wheels]", "body.wheel_base_m"),
+        ("[wheels]", "[drive]\nmax_speed_m_s = 0.0\n[wheels]", "drive.max_speed_m_s"),
+        ("[wheels]", "[drive]\nmax_wheel_rad_s = inf\n[wheels]", "drive.max_wheel_rad_s"),
+        ("[wheels]", "[drive]\nmargin_m = -0.02\n[wheels]", "drive.margin_m"),
         ("[wheels]", "[body]\nbody_radius_m = 75\n[wheels]", "body.body_radius_m"),
     ],
 )
@@ -60,6 +66,12 @@ def test_unusable_value_is_refused_with_file_and_field(file: Path, old: str, new
     file.write_text(SHORTEST.replace(old, new, 1))
     with pytest.raises(ConfigError, match=rf"r1\.toml: `{field}`: "):
         load_config(file)
+
+
+def test_limits_of_the_drive_are_read(file: Path) -> None:
+    file.write_text(SHORTEST + "[drive]\nmax_speed_m_s = 0.1\nmargin_m = 0.05\n")
+    assert load_config(file).drive.limits() == DriveLimits(max_speed_m_s=0.1)
+    assert load_config(file).drive.margin_m == 0.05
 
 
 def test_unknown_key_is_refused_with_the_nearest_known_one(file: Path) -> None:

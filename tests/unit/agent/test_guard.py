@@ -1,4 +1,4 @@
-"""When the wheel guard stops the wheels."""
+"""When the wheel guard lets the wheels turn, and when it stops them. The wheels hold their last command for ever."""
 
 from __future__ import annotations
 
@@ -9,10 +9,14 @@ from dataclasses import dataclass, field
 import numpy as np
 import pytest
 
+from agent.control.twist import within_wheel_speed
 from agent.guard import CYCLE_S, HEARTBEAT_LIMIT_S, Guard
-from agent.guard_pipe import GuardReport, Heartbeat, Pipe
-from protocol.errors import DriverError
+from agent.guard_pipe import DriveOrder, GuardReport, Instruction, LatchOrder, Pipe
+from protocol.errors import DecodeError, DriverError
 from protocol.messages import Packed, WheelCommand, WheelReadings
+
+STOP = WheelCommand(left_rad_s=0.0, right_rad_s=0.0)
+MAX_WHEEL_RAD_S = 12.0
 
 
 @dataclass
@@ -20,10 +24,18 @@ class FakeWheels:
     """Wheels on a clock of their own: every read takes the whole time that it may."""
 
     now_s: float = 100.0
-    stops: int = 0
+    commands: list[WheelCommand] = field(default_factory=list)
     waiting: list[WheelReadings] = field(default_factory=list)
     refused: Mapping[str, int] = field(default_factory=dict)
     during_read: Callable[[], None] = lambda: None
+
+    @property
+    def turning(self) -> bool:
+        return bool(self.commands) and (self.commands[-1].left_rad_s, self.commands[-1].right_rad_s) != (0.0, 0.0)
+
+    @property
+    def stops(self) -> int:
+        return self.commands.count(STOP)
 
     def read(self, timeout_s: float) -> Sequence[WheelReadings]:
         self.now_s += timeout_s
@@ -31,25 +43,59 @@ class FakeWheels:
         taken, self.waiting = self.waiting, []
         return taken
 
-    def drive(self, left_rad_s: float, right_rad_s: float) -> WheelCommand:
-        raise AssertionError("nobody asked the wheels to turn")
+    def drive(self, left_rad_s: float, right_rad_s: float, answers_ns: int = 0) -> WheelCommand:
+        left_rad_s, right_rad_s = within_wheel_speed(left_rad_s, right_rad_s, MAX_WHEEL_RAD_S)
+        self.commands.append(WheelCommand(left_rad_s=left_rad_s, right_rad_s=right_rad_s, answers_ns=answers_ns))
+        return self.commands[-1]
 
     def stop(self) -> None:
-        self.stops += 1
+        self.drive(0.0, 0.0)
 
     def close(self) -> None: ...
 
 
-@pytest.fixture
-def wheels() -> FakeWheels:
-    return FakeWheels()
+@dataclass
+class Robot:
+    """A guard between such wheels and an agent that says what the test wants."""
+
+    wheels: FakeWheels
+    agent: Pipe
+    pipe: Pipe
+    guard: Guard
+    said: int = 0
+
+    def say(self, drive: DriveOrder | None = None, latch: LatchOrder | None = None) -> None:
+        self.agent.send(Instruction(count=self.said, drive=drive, latch=latch))
+        self.said += 1
+
+    def cycles_until_stopped(self, *, beating: bool) -> float:
+        """Return how long [s] the wheels go on turning while the agent beats, or does not."""
+        start_s = self.wheels.now_s
+        while self.wheels.turning:
+            if beating:
+                self.say()
+            self.guard.cycle()
+        return self.wheels.now_s - start_s
 
 
 @pytest.fixture
-def ends() -> Iterator[tuple[Pipe, Pipe]]:
+def robot() -> Iterator[Robot]:
     agent, guard = socket.socketpair()
     with agent, guard:
-        yield Pipe(agent), Pipe(guard)
+        wheels, pipe = FakeWheels(), Pipe(guard)
+        yield Robot(wheels, Pipe(agent), pipe, Guard(wheels, pipe, lambda: wheels.now_s))
+
+
+def order(left_rad_s: float = 3.0, right_rad_s: float = 4.0, valid_s: float = 0.45, answers_ns: int = 7) -> DriveOrder:
+    return DriveOrder(left_rad_s=left_rad_s, right_rad_s=right_rad_s, valid_s=valid_s, answers_ns=answers_ns)
+
+
+def stop(reason: str = "a cat") -> LatchOrder:
+    return LatchOrder(order="stop", reason=reason)
+
+
+def release() -> LatchOrder:
+    return LatchOrder(order="release", reason="")
 
 
 def never() -> bool:
@@ -60,69 +106,134 @@ def test_cycle_lasts_20_ms_at_most() -> None:
     assert CYCLE_S == 0.02
 
 
-def test_wheels_are_stopped_once_when_the_heartbeat_is_too_old(wheels: FakeWheels, ends: tuple[Pipe, Pipe]) -> None:
-    agent, pipe = ends
-    guard = Guard(wheels, pipe, lambda: wheels.now_s)
-    agent.send(Heartbeat(count=0))
-    guard.cycle()
-    last_s = wheels.now_s
-    while wheels.stops == 0:
-        guard.cycle()
-    assert HEARTBEAT_LIMIT_S < wheels.now_s - last_s <= HEARTBEAT_LIMIT_S + 2 * CYCLE_S
+def test_wheels_are_stopped_once_when_the_heartbeat_is_too_old(robot: Robot) -> None:
+    robot.say()
+    robot.guard.cycle()
+    last_s = robot.wheels.now_s
+    while robot.wheels.stops == 0:
+        robot.guard.cycle()
+    assert HEARTBEAT_LIMIT_S < robot.wheels.now_s - last_s <= HEARTBEAT_LIMIT_S + 2 * CYCLE_S
     for _ in range(100):
-        guard.cycle()
-    assert wheels.stops == 1
+        robot.guard.cycle()
+    assert robot.wheels.stops == 1
 
 
-def test_heartbeats_keep_the_wheels_from_being_stopped_and_their_end_stops_them_again(wheels: FakeWheels, ends: tuple[Pipe, Pipe]) -> None:
-    agent, pipe = ends
-    guard = Guard(wheels, pipe, lambda: wheels.now_s)
+def test_heartbeats_keep_the_wheels_from_being_stopped_and_their_end_stops_them_again(robot: Robot) -> None:
     for silence in range(2):
-        for count in range(50):
-            agent.send(Heartbeat(count=count))
-            guard.cycle()
-        assert wheels.stops == silence
+        for _ in range(50):
+            robot.say()
+            robot.guard.cycle()
+        assert robot.wheels.stops == silence
         for _ in range(20):
-            guard.cycle()
-        assert wheels.stops == silence + 1
+            robot.guard.cycle()
+        assert robot.wheels.stops == silence + 1
 
 
-def test_wheels_stand_before_the_guard_says_that_it_is_ready(wheels: FakeWheels, ends: tuple[Pipe, Pipe]) -> None:
-    agent, pipe = ends
+def test_an_order_is_carried_out_and_what_was_applied_is_reported(robot: Robot) -> None:
+    robot.say(order(left_rad_s=12.0, right_rad_s=24.0))
+    robot.guard.cycle()
+    half = WheelCommand(left_rad_s=6.0, right_rad_s=12.0, answers_ns=7)
+    assert robot.wheels.commands == [half]
+    assert [report.applied for report in robot.agent.take(GuardReport)] == [half]
+
+
+def test_wheels_stop_when_no_order_follows_although_the_agent_still_beats(robot: Robot) -> None:
+    robot.say(order(valid_s=0.45))
+    robot.guard.cycle()
+    assert 0.45 <= robot.cycles_until_stopped(beating=True) <= 0.45 + 2 * CYCLE_S
+    assert robot.agent.take(GuardReport)[-1].applied == STOP
+
+
+def test_wheels_stop_when_the_agent_stands_still_in_mid_drive(robot: Robot) -> None:
+    robot.say(order())
+    robot.guard.cycle()
+    assert robot.cycles_until_stopped(beating=False) <= HEARTBEAT_LIMIT_S + 2 * CYCLE_S
+
+
+def test_wheels_turn_as_long_as_orders_come(robot: Robot) -> None:
+    for number in range(50):
+        robot.say(order(answers_ns=number))
+        robot.guard.cycle()
+        assert robot.wheels.turning
+    assert [command.answers_ns for command in robot.wheels.commands] == list(range(50))
+
+
+def test_a_latched_stop_holds_against_orders_and_each_is_answered_with_standing_wheels(robot: Robot) -> None:
+    robot.say(order())
+    robot.say(latch=stop())
+    robot.say(order(answers_ns=8))
+    robot.guard.cycle()
+    assert robot.wheels.commands[1:] == [STOP, WheelCommand(left_rad_s=0.0, right_rad_s=0.0, answers_ns=8)]
+    assert robot.agent.take(GuardReport)[-1].latch.model_dump() == {"stopped": True, "reason": "a cat", "orders": 1}
+
+
+def test_a_latched_stop_outlasts_a_silence_of_the_agent(robot: Robot) -> None:
+    robot.say(latch=stop())
+    for _ in range(100):
+        robot.guard.cycle()
+    robot.say(order())
+    robot.guard.cycle()
+    assert not robot.wheels.turning
+
+
+def test_only_a_release_ends_a_latched_stop_and_the_wheels_wait_for_a_new_order(robot: Robot) -> None:
+    robot.say(latch=stop())
+    robot.say(order())
+    robot.say(latch=release())
+    robot.guard.cycle()
+    assert robot.wheels.commands[-1] == STOP
+    robot.say(order())
+    robot.guard.cycle()
+    assert robot.wheels.turning
+    assert robot.agent.take(GuardReport)[-1].latch.orders == 2
+
+
+def test_wheels_stand_before_the_guard_says_that_it_is_ready(robot: Robot) -> None:
     stops_when_ready: list[int] = []
-    wheels.during_read = lambda: stops_when_ready.extend(wheels.stops for _ in agent.take(GuardReport))
-    Guard(wheels, pipe, lambda: wheels.now_s).run(lambda: wheels.now_s > 100.1)
+    robot.wheels.during_read = lambda: stops_when_ready.extend(robot.wheels.stops for _ in robot.agent.take(GuardReport))
+    robot.guard.run(lambda: robot.wheels.now_s > 100.1)
     assert stops_when_ready == [1]
 
 
-def test_readings_are_handed_on_as_they_came(wheels: FakeWheels, ends: tuple[Pipe, Pipe]) -> None:
-    agent, pipe = ends
+def test_readings_are_handed_on_as_they_came(robot: Robot) -> None:
     readings = WheelReadings(until_ns=9, stamps_ns=Packed.of([3, 7], "i8"), angles_rad=Packed.of(np.eye(2), "f8"))
-    wheels.waiting, wheels.refused = [readings], {"malformed": 2}
-    Guard(wheels, pipe, lambda: wheels.now_s).cycle()
-    [report] = agent.take(GuardReport)
+    robot.wheels.waiting, robot.wheels.refused = [readings], {"malformed": 2}
+    robot.guard.cycle()
+    [report] = robot.agent.take(GuardReport)
     assert report.readings == readings
     assert report.refused["malformed"] == 2
 
 
-def test_wheels_stand_when_the_agent_is_gone(wheels: FakeWheels, ends: tuple[Pipe, Pipe]) -> None:
-    agent, pipe = ends
-    wheels.during_read = agent.close
-    Guard(wheels, pipe, lambda: wheels.now_s).run(never)
-    assert wheels.stops == 2  # before and after
+def test_wheels_stand_when_the_agent_is_gone_in_mid_drive(robot: Robot) -> None:
+    robot.say(order())
+    robot.wheels.during_read = lambda: robot.agent.close() if robot.wheels.turning else None
+    robot.guard.run(never)
+    assert len(robot.wheels.commands) == 3
+    assert [robot.wheels.commands[0], robot.wheels.commands[-1]] == [STOP, STOP]
 
 
-def test_wheels_stand_when_the_process_is_asked_to_end(wheels: FakeWheels, ends: tuple[Pipe, Pipe]) -> None:
-    _, pipe = ends
-    Guard(wheels, pipe, lambda: wheels.now_s).run(lambda: wheels.now_s > 101.0)
-    assert wheels.stops == 2
+def test_wheels_stand_when_the_process_is_asked_to_end_in_mid_drive(robot: Robot) -> None:
+    robot.wheels.during_read = lambda: robot.say(order())
+    robot.guard.run(lambda: robot.wheels.now_s > 101.0)
+    assert robot.wheels.commands[-2] != STOP
+    assert robot.wheels.commands[-1] == STOP
 
 
-def test_wheels_are_told_to_stop_even_when_their_encoders_are_lost(wheels: FakeWheels, ends: tuple[Pipe, Pipe]) -> None:
-    def unplug() -> None:
-        raise DriverError("unplugged")
+@pytest.mark.parametrize("error", [DriverError("unplugged"), KeyboardInterrupt(), MemoryError()])
+def test_wheels_are_told_to_stop_whatever_ends_the_guard_in_mid_drive(robot: Robot, error: BaseException) -> None:
+    def fail() -> None:
+        if robot.wheels.turning:
+            raise error
 
-    wheels.during_read = unplug
-    with pytest.raises(DriverError):
-        Guard(wheels, ends[1], lambda: wheels.now_s).run(never)
-    assert wheels.stops == 2
+    robot.say(order())
+    robot.wheels.during_read = fail
+    with pytest.raises(type(error)):
+        robot.guard.run(never)
+    assert robot.wheels.commands[-1] == STOP
+
+
+def test_an_order_that_cannot_be_read_ends_the_guard_with_standing_wheels(robot: Robot) -> None:
+    robot.agent.send(WheelCommand(left_rad_s=3.0, right_rad_s=4.0))
+    with pytest.raises(DecodeError):
+        robot.guard.run(never)
+    assert robot.wheels.commands == [STOP, STOP]

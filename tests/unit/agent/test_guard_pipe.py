@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import math
 import socket
 from collections.abc import Iterator
 
 import numpy as np
 import pytest
+from pydantic import ValidationError
 
-from agent.guard_pipe import GuardReport, Heartbeat, Pipe
+from agent.guard_pipe import DriveOrder, GuardReport, Instruction, Latch, LatchOrder, Pipe
 from protocol.errors import DecodeError
 from protocol.messages import Packed, WheelCommand, WheelReadings
 
@@ -22,7 +24,13 @@ def sockets() -> Iterator[tuple[socket.socket, socket.socket]]:
 
 def report(count: int) -> GuardReport:
     readings = WheelReadings(until_ns=count, stamps_ns=Packed.of(np.arange(count), "i8"), angles_rad=Packed.of(np.ones((count, 2)), "f8"))
-    return GuardReport(fault="", readings=readings, applied=WheelCommand(left_rad_s=0.0, right_rad_s=0.0), refused={"malformed": 1})
+    applied = WheelCommand(left_rad_s=0.0, right_rad_s=0.0)
+    latch = Latch(stopped=True, reason="lunch", orders=3)
+    return GuardReport(fault="", readings=readings, applied=applied, latch=latch, refused={"malformed": 1})
+
+
+def order(left_rad_s: float = 1.5, valid_s: float = 0.4) -> DriveOrder:
+    return DriveOrder(left_rad_s=left_rad_s, right_rad_s=-2.5, valid_s=valid_s, answers_ns=1_700_000_000_000_000_000)
 
 
 def test_messages_arrive_whole_and_in_order(sockets: tuple[socket.socket, socket.socket]) -> None:
@@ -34,20 +42,44 @@ def test_messages_arrive_whole_and_in_order(sockets: tuple[socket.socket, socket
     assert agent.take(GuardReport) == []
 
 
+def test_instructions_arrive_as_they_were_given(sockets: tuple[socket.socket, socket.socket]) -> None:
+    agent, guard = map(Pipe, sockets)
+    given = [
+        Instruction(count=0, drive=order()),
+        Instruction(count=1, latch=LatchOrder(order="stop", reason="a cat")),
+        Instruction(count=2),
+    ]
+    for instruction in given:
+        agent.send(instruction)
+    assert guard.take(Instruction) == given
+
+
+@pytest.mark.parametrize("speed_rad_s", [math.nan, math.inf, -math.inf])
+def test_an_order_cannot_hold_a_speed_that_is_no_number(speed_rad_s: float) -> None:
+    with pytest.raises(ValidationError):
+        order(left_rad_s=speed_rad_s)
+
+
+@pytest.mark.parametrize("valid_s", [0.0, -1.0, 0.51, math.inf, math.nan])
+def test_no_order_holds_for_longer_than_half_a_second(valid_s: float) -> None:
+    with pytest.raises(ValidationError):
+        order(valid_s=valid_s)
+
+
 def test_message_in_two_halves_arrives_once_it_is_whole(sockets: tuple[socket.socket, socket.socket]) -> None:
     ours, theirs = sockets
-    Pipe(ours).send(Heartbeat(count=7))
+    Pipe(ours).send(Instruction(count=7))
     data = theirs.recv(1000)
     agent = Pipe(theirs)
     ours.send(data[:5])
-    assert agent.take(Heartbeat) == []
+    assert agent.take(Instruction) == []
     ours.send(data[5:])
-    assert agent.take(Heartbeat) == [Heartbeat(count=7)]
+    assert agent.take(Instruction) == [Instruction(count=7)]
 
 
 def test_last_words_are_heard_after_the_other_end_is_gone(sockets: tuple[socket.socket, socket.socket]) -> None:
     agent, guard = map(Pipe, sockets)
-    agent.send(Heartbeat(count=1))  # which the guard never reads
+    agent.send(Instruction(count=1))  # which the guard never reads
     guard.send(report(2))
     guard.close()
     assert agent.take(GuardReport) == [report(2)]
@@ -79,4 +111,4 @@ def test_bytes_that_are_no_message_are_an_error(sockets: tuple[socket.socket, so
     ours, theirs = sockets
     ours.send(b"\x03\0\0\0abc")
     with pytest.raises(DecodeError):
-        Pipe(theirs).take(Heartbeat)
+        Pipe(theirs).take(Instruction)

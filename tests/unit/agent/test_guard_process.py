@@ -10,13 +10,14 @@ from dataclasses import dataclass
 
 import pytest
 
-from agent.guard_pipe import GuardReport, Heartbeat, Pipe
+from agent.guard_pipe import DriveOrder, GuardReport, Instruction, Latch, LatchOrder, Pipe
 from agent.guard_process import GuardProcess
 from protocol.errors import DriverError
 from protocol.messages import Packed, WheelCommand, WheelReadings
 from protocol.stopping import Stopped
 
-STANDING = WheelCommand(left_rad_s=0.0, right_rad_s=0.0)
+TURNING = WheelCommand(left_rad_s=1.0, right_rad_s=2.0, answers_ns=7)
+HELD = Latch(stopped=True, reason="a cat", orders=1)
 READINGS = WheelReadings(until_ns=5, stamps_ns=Packed.of([5], "i8"), angles_rad=Packed.of([[0.1, 0.2]], "f8"))
 
 
@@ -29,7 +30,7 @@ class Ends:
     process: subprocess.Popen[bytes]
 
     def report(self, fault: str = "", readings: WheelReadings | None = None) -> None:
-        self.pipe.send(GuardReport(fault=fault, readings=readings, applied=STANDING, refused={"malformed": 1}))
+        self.pipe.send(GuardReport(fault=fault, readings=readings, applied=TURNING, latch=HELD, refused={"malformed": 1}))
 
 
 @pytest.fixture
@@ -50,9 +51,15 @@ def test_guard_is_ready_with_its_first_report(ends: Ends) -> None:
     ends.report()
     ends.guard.wait_ready(never)
     ends.report(readings=READINGS)
-    ends.guard.wait(10.0)
     assert ends.guard.take() == [READINGS]
     assert ends.guard.refused == {"malformed": 1}
+
+
+def test_whether_the_wheels_are_held_is_known_from_the_reports(ends: Ends) -> None:
+    assert not ends.guard.latch.stopped
+    ends.report()
+    ends.guard.take()
+    assert ends.guard.latch == HELD
 
 
 def test_guard_that_fails_says_why_even_when_it_is_still_running(ends: Ends) -> None:
@@ -76,15 +83,18 @@ def test_waiting_for_the_guard_ends_when_the_agent_is_asked_to_end(ends: Ends) -
         ends.guard.wait_ready(lambda: True)
 
 
-def test_heartbeats_reach_the_guard(ends: Ends) -> None:
-    ends.guard.beat()
-    ends.guard.beat()
-    assert ends.pipe.take(Heartbeat) == [Heartbeat(count=0), Heartbeat(count=1)]
+def test_instructions_reach_the_guard(ends: Ends) -> None:
+    drive = DriveOrder(left_rad_s=1.0, right_rad_s=2.0, valid_s=0.4, answers_ns=7)
+    latch = LatchOrder(order="release", reason="")
+    ends.guard.instruct()
+    ends.guard.instruct(drive)
+    ends.guard.instruct(latch=latch)
+    assert ends.pipe.take(Instruction) == [Instruction(count=0), Instruction(count=1, drive=drive), Instruction(count=2, latch=latch)]
 
 
 def test_closing_ends_the_pipe_and_waits_for_the_process(ends: Ends) -> None:
     with ends.guard:
         assert ends.process.poll() is None
     assert ends.process.returncode is not None
-    assert ends.pipe.take(Heartbeat) == []
+    assert ends.pipe.take(Instruction) == []
     assert ends.pipe.ended

@@ -15,8 +15,10 @@ from numpy.typing import NDArray
 from agent.config import AgentConfig
 from agent.drivers.bus_camera import UNDECODABLE
 from agent.drivers.camera import CapturedFrame
+from agent.guard_pipe import DriveOrder, Latch, LatchOrder
 from agent.pipeline import Step
 from agent.service import NOT_GROWING, WHEELS_ENDED, WHEELS_LATE, WHEELS_LIMIT_S, Service
+from agent.steering import Steering
 from agent.view import View
 from agent.wheel_history import NOT_GROWING as WHEELS_NOT_GROWING
 from protocol.bus import Bus
@@ -29,7 +31,6 @@ M = TypeVar("M", bound=Message)
 
 PATIENCE_S = 10.0
 MS = 1_000_000
-PICTURE = np.zeros((4, 6, 3), dtype=np.uint8)
 CONFIG = AgentConfig.model_validate(
     {
         "robot": {"name": "r1", "endpoint": "tcp/127.0.0.1:1"},
@@ -49,15 +50,18 @@ class World:
     refused: Mapping[str, int] = field(default_factory=dict)
     now_s: float = 100.0
     beats_s: list[float] = field(default_factory=list)
+    orders: list[DriveOrder] = field(default_factory=list)
 
-    def read(self, timeout_s: float) -> CapturedFrame | None:
-        if self.frames:
-            return self.frames.pop(0)
-        self.wait(timeout_s)
-        return None
+    def read(self) -> CapturedFrame | None:
+        return self.frames.pop(0) if self.frames else None
 
-    def beat(self) -> None:
+    @property
+    def latch(self) -> Latch:
+        return Latch(stopped=False, reason="", orders=0)
+
+    def instruct(self, drive: DriveOrder | None = None, latch: LatchOrder | None = None) -> None:
         self.beats_s.append(self.now_s)
+        self.orders += [] if drive is None else [drive]
 
     def take(self) -> list[WheelReadings]:
         taken, self.readings = self.readings, []
@@ -126,7 +130,8 @@ class Swarm:
         return inbox
 
     def service(self, world: World, pipeline: FakePipeline) -> Service:
-        return Service(CONFIG, world, world, self.robot, pipeline, epoch=7, clock_s=lambda: world.now_s)
+        steering = Steering(CONFIG, self.robot, world, lambda: world.now_s)
+        return Service(CONFIG, world, steering, self.robot, pipeline, wait=world.wait, epoch=7, clock_s=lambda: world.now_s)
 
 
 @pytest.fixture
@@ -135,8 +140,13 @@ def swarm() -> Iterator[Swarm]:
         yield Swarm(robot, server)
 
 
-def frame(stamp_ms: int, picture: NDArray[np.uint8] | None = PICTURE, fault: str = "") -> CapturedFrame:
-    return CapturedFrame(stamp_ms * MS, picture, fault)
+def picture(number: int) -> NDArray[np.uint8]:
+    """Return a picture unlike the one before."""
+    return np.full((4, 6, 3), 100 + number % 100, dtype=np.uint8)
+
+
+def frame(stamp_ms: int) -> CapturedFrame:
+    return CapturedFrame(stamp_ms * MS, picture(stamp_ms // 100))
 
 
 def readings(*stamps_ms: int, until_ms: int) -> WheelReadings:
@@ -226,7 +236,9 @@ def test_wheel_readings_that_end_early_are_counted_and_told(swarm: Swarm) -> Non
 
 def test_frame_without_a_picture_is_predicted_and_counted(swarm: Swarm) -> None:
     maps = swarm.open(LOCAL_MAP)
-    world = World(frames=[frame(100), frame(200, None, UNDECODABLE), frame(300)], readings=[readings(100, 200, 300, until_ms=300)])
+    world = World(
+        frames=[frame(100), CapturedFrame(200 * MS, None, UNDECODABLE), frame(300)], readings=[readings(100, 200, 300, until_ms=300)]
+    )
     service = swarm.service(world, FakePipeline())
     service.run(world.runs_out)
     assert [message.picture for message in receive(swarm.server, maps, 3)] == ["used", "dropped", "used"]
