@@ -3,13 +3,19 @@
 from __future__ import annotations
 
 import argparse
+import gc
 import logging
 import sys
+import time
 from pathlib import Path
 
 from mapserver.batching import Batches, WallBatches, WorldBatches
+from mapserver.broadcast import Broadcast
 from mapserver.config import MapServerConfig, load_config
+from mapserver.formation.controller import FormationController
+from mapserver.leading import Lead
 from mapserver.pipeline import MapPipeline
+from mapserver.servertime import ServerTime
 from mapserver.service import MapService
 from protocol.bus import Bus
 from protocol.errors import OmmatidiaError
@@ -29,6 +35,7 @@ def run(config_file: Path) -> None:
     _log.info("configuration: %s", config.model_dump_json())
     with Bus.open_router(config.site, config.listen) as bus:
         service = _service(config, bus)
+        gc.freeze()  # what is loaded by now lives as long as the process: no collection has to look through it, and hold up setpoints
         print(f"ready {bus.endpoint}", flush=True)
         service.run(stop.asked)
 
@@ -49,7 +56,14 @@ def _service(config: MapServerConfig, bus: Bus) -> MapService:
     clock = StageClock()
     names = [robot.name for robot in config.robots]
     batches: Batches = WorldBatches(names) if config.clock == "world" else WallBatches()
-    return MapService(bus, names, MapPipeline(config.robots, clock), batches, clock)
+    server_time = ServerTime(config.clock, time.time_ns)
+    broadcast = Broadcast(bus, epoch=time.time_ns() // 1_000_000)
+    return MapService(bus, names, MapPipeline(config.robots, clock), batches, Lead(_controller(config)), server_time, broadcast, clock)
+
+
+def _controller(config: MapServerConfig) -> FormationController | None:
+    task = config.task()
+    return None if task is None else FormationController(task, {robot.name: robot.body_radius_m for robot in config.robots})
 
 
 if __name__ == "__main__":

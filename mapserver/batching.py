@@ -49,6 +49,7 @@ class WorldBatches:
         self._stamps: deque[WorldTime] = deque()
         self._waiting: list[LocalMap] = []
         self._came: frozenset[str] = frozenset()
+        self._left: frozenset[str] = frozenset()  # went, and have not delivered since
         self._silent_since_s: dict[str, float] = {}
 
     def announce(self, world_time: WorldTime) -> None:
@@ -58,10 +59,15 @@ class WorldBatches:
     def offer(self, local_map: LocalMap, now_s: float) -> None:
         """Keep a local map until its stamp is due."""
         self._silent_since_s.pop(local_map.robot, None)
+        self._left -= {local_map.robot}
         self._waiting.append(local_map)
 
     def take(self, present: frozenset[str], now_s: float) -> Batch | None:
-        """Return the oldest stamp's batch once every robot that it names has delivered, is gone, or has been silent for 5 s."""
+        """Return the oldest stamp's batch once every robot that it names has delivered, is gone, or has been silent for 5 s.
+
+        A robot that went and came back is waited for from its next local map on: what fired before that it may never have seen.
+        """
+        self._left |= self._came - present
         self._came |= present
         if not self._stamps:
             return None
@@ -76,8 +82,7 @@ class WorldBatches:
 
     def _is_given_up(self, robot: str, present: frozenset[str], now_s: float) -> bool:
         since_s = self._silent_since_s.setdefault(robot, now_s)
-        is_gone = robot in self._came and robot not in present
-        return is_gone or now_s - since_s >= SILENCE_LIMIT_S
+        return robot in self._left or now_s - since_s >= SILENCE_LIMIT_S
 
     def _release(self, stamp_ns: int) -> tuple[LocalMap, ...]:
         due = [local_map for local_map in self._waiting if local_map.stamp_ns <= stamp_ns]

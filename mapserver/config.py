@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
+from mapserver.formation.floor import Bounds
+from mapserver.formation.narrowing import Spacing
+from mapserver.formation.shapes import Kind, Shape, closest_pair_m, follower_offsets
+from mapserver.formation.task import Task
 from mapserver.mapping.pose_graph import Start
+from protocol.errors import GeometryError
 from protocol.geometry import Pose2
 from protocol.messages import Name
 from protocol.settings import Settings, load_toml
@@ -31,6 +37,35 @@ class RobotSettings(Settings):
         return Start(Pose2(*self.initial_pose), self.initial_pose_sigma)
 
 
+class FormationSettings(Settings):
+    """How the swarm drives, and where."""
+
+    kind: Literal["none", "line", "column", "wedge", "polygon", "free", "explore"] = "none"  # explore: in a column, to all of the floor
+    distance_m: Annotated[float, Field(gt=0.0, le=10.0, allow_inf_nan=False)] = 0.45  # between neighbours
+    angle_rad: Annotated[float, Field(gt=-math.pi, le=math.pi, allow_inf_nan=False)] = 0.7  # of a neighbour to the heading
+    turn_rad: Annotated[float, Field(gt=-math.pi, le=math.pi, allow_inf_nan=False)] = 0.0  # of the shape about its leader
+    scale: Annotated[float, Field(gt=0.0, le=10.0, allow_inf_nan=False)] = 1.0
+    offsets: tuple[tuple[Coordinate, Coordinate], ...] = ()  # free: how far back and how far left each follower keeps [m]
+    leader: Name | None = None  # none: the first robot
+    goals: tuple[tuple[Coordinate, Coordinate], ...] = ()  # [m; arena], one after the other
+    cruise_m_s: Annotated[float, Field(gt=0.0, le=2.0, allow_inf_nan=False)] = 0.15
+    max_speed_m_s: Annotated[float, Field(gt=0.0, le=2.0, allow_inf_nan=False)] = 0.22  # of a follower that catches up
+    bounds: tuple[Coordinate, Coordinate, Coordinate, Coordinate] | None = None  # x_min, y_min, x_max, y_max: nobody drives beyond [m]
+
+    @model_validator(mode="after")
+    def _is_consistent(self) -> Self:
+        if self.cruise_m_s > self.max_speed_m_s:
+            raise ValueError("cruise_m_s has to be at most max_speed_m_s")
+        if self.bounds is not None and not (self.bounds[0] < self.bounds[2] and self.bounds[1] < self.bounds[3]):
+            raise ValueError("bounds have to be x_min, y_min, x_max, y_max")
+        return self
+
+    def shape(self) -> Shape:
+        """Return the shape; nobody is moved where kind is none."""
+        kind: Kind = "column" if self.kind == "explore" or self.kind == "none" else self.kind
+        return Shape(kind, self.distance_m, self.angle_rad, self.turn_rad, self.scale, self.offsets)
+
+
 class MapServerConfig(Settings):
     """The whole file."""
 
@@ -38,6 +73,7 @@ class MapServerConfig(Settings):
     listen: Annotated[str, Field(pattern=r"^(tcp|tls)/[^/\s]+:\d{1,5}$")] = "tcp/127.0.0.1:0"  # port 0: a free one, told when ready
     clock: Literal["wall", "world"] = "wall"  # world: steps wait for the stamps that a replayed or simulated world announces
     robots: Annotated[tuple[RobotSettings, ...], Field(min_length=1, max_length=MAX_ROBOTS)]
+    formation: FormationSettings = FormationSettings()
 
     @model_validator(mode="after")
     def _names_differ(self) -> Self:
@@ -45,6 +81,34 @@ class MapServerConfig(Settings):
         if twice := sorted({name for name in names if names.count(name) > 1}):
             raise ValueError(f"robots need names of their own, but {', '.join(twice)} is there more than once")
         return self
+
+    @model_validator(mode="after")
+    def _formation_is_possible(self) -> Self:
+        if self.formation.leader not in {None, *(robot.name for robot in self.robots)}:
+            raise ValueError(f"formation.leader {self.formation.leader} is none of the robots")
+        try:
+            closest_m = closest_pair_m(follower_offsets(self.formation.shape(), len(self.robots) - 1))
+        except GeometryError as error:
+            raise ValueError(f"formation: {error}") from None
+        least_m = Spacing.of(max(robot.body_radius_m for robot in self.robots)).least_m
+        if closest_m < least_m:
+            raise ValueError(f"formation puts two robots {closest_m:.2f} m apart; robots of this size need {least_m:.2f} m")
+        return self
+
+    def task(self) -> Task | None:
+        """Return what the swarm is asked to do, None where nobody is to be moved."""
+        wanted = self.formation
+        if wanted.kind == "none":
+            return None
+        return Task(
+            shape=wanted.shape(),
+            leader=wanted.leader or self.robots[0].name,
+            goals=wanted.goals,
+            explores=wanted.kind == "explore",
+            cruise_m_s=wanted.cruise_m_s,
+            max_speed_m_s=wanted.max_speed_m_s,
+            bounds=None if wanted.bounds is None else Bounds(*wanted.bounds),
+        )
 
 
 def load_config(file: Path) -> MapServerConfig:

@@ -7,14 +7,16 @@ from typing import NamedTuple
 
 from mapserver.batching import Batch
 from mapserver.config import RobotSettings
+from mapserver.formation.floor import Floor
 from mapserver.mapping.association import associate
 from mapserver.mapping.belief import Belief
 from mapserver.mapping.bodies import Body
 from mapserver.mapping.grid import CELL_M
+from mapserver.mapping.movers import MoverWatch
 from mapserver.mapping.overlay import Overlay
 from mapserver.mapping.pose_graph import PoseGraph
 from mapserver.mapping.things import ThingTracker
-from protocol.geometry import Pose2
+from protocol.geometry import Array, Pose2
 from protocol.messages import (
     LocalMap,
     MapObject,
@@ -38,6 +40,14 @@ class Merged(NamedTuple):
     update: MapUpdate
 
 
+class _PlacedView(NamedTuple):
+    """A local map, where its sender stood, and the bodies of the others."""
+
+    local_map: LocalMap
+    arena_from_body: Pose2
+    bodies: list[Body]
+
+
 class MapPipeline:
     """Holds pose graph, grid and things; `step` batches in the order of their stamps."""
 
@@ -48,6 +58,7 @@ class MapPipeline:
         self._graph = PoseGraph({robot.name: robot.start() for robot in robots})
         self._overlay = Overlay()
         self._things = ThingTracker()
+        self._movers = MoverWatch()
         self._objects: tuple[MapObject, ...] = ()
         self._clock = clock
         self._steps = 0
@@ -62,16 +73,25 @@ class MapPipeline:
             self._graph.update()
             beliefs = self._beliefs(batch.stamp_ns)
         with self._clock.stage("objects"):
-            self._observe_things(batch)
+            views, bodies = self._views(batch), self._bodies(batch.stamp_ns)
+            self._observe_things(views, bodies)
             self._objects = self._things.objects(beliefs)
         with self._clock.stage("overlay"):
-            self._overlay_views(batch)
+            self._overlay_views(views, bodies)
             tiles = self._overlay.take_changes([item.footprint.array() for item in self._objects])
         return self._merged(batch.stamp_ns, beliefs, tiles)
 
     def snapshot(self) -> MapUpdate:
         """Return the whole map as of the last step."""
         return self._map_update(self._overlay.all_tiles())
+
+    def floor(self) -> Floor:
+        """Return the grid as of the last step, as one array."""
+        return Floor(*self._overlay.cells(), CELL_M)
+
+    def moving(self, stamp_ns: int) -> list[Array]:
+        """Return the footprints, (n, 2) [m; arena] each, of what moves and is no robot."""
+        return self._movers.footprints(stamp_ns)
 
     def trajectories(self) -> Trajectories:
         """Return all paths, smoothed by everything that is known by now."""
@@ -88,20 +108,24 @@ class MapPipeline:
             for match in associate(local_map.sightings, observer, beliefs):
                 self._graph.see(local_map, match.robot, match.sighting)
 
-    def _observe_things(self, batch: Batch) -> None:
-        for local_map in batch.local_maps:
-            self._things.observe(local_map, *self._surroundings(local_map))
-        self._things.clear(self._bodies(batch.stamp_ns))
+    def _observe_things(self, views: Sequence[_PlacedView], bodies: Sequence[Body]) -> None:
+        for view in views:
+            self._things.observe(*view)
+            self._movers.observe(*view)
+        self._things.clear(bodies)
 
-    def _overlay_views(self, batch: Batch) -> None:
-        for local_map in batch.local_maps:
-            self._overlay.integrate(local_map, *self._surroundings(local_map))
-        self._overlay.clear(self._bodies(batch.stamp_ns))
+    def _overlay_views(self, views: Sequence[_PlacedView], bodies: Sequence[Body]) -> None:
+        for view in views:
+            self._overlay.integrate(*view)
+        self._overlay.clear(bodies)
 
-    def _surroundings(self, local_map: LocalMap) -> tuple[Pose2, list[Body]]:
-        """Return where the sender stood, and the bodies of the others."""
+    def _views(self, batch: Batch) -> list[_PlacedView]:
+        """Return the local maps of robots that know where they are."""
+        return [self._placed(local_map) for local_map in batch.local_maps if not self._graph.is_searching(local_map.robot)]
+
+    def _placed(self, local_map: LocalMap) -> _PlacedView:
         pose = self._graph.belief(local_map.robot, local_map.stamp_ns).arena_from_body
-        return pose, self._bodies(local_map.stamp_ns, besides=local_map.robot)
+        return _PlacedView(local_map, pose, self._bodies(local_map.stamp_ns, besides=local_map.robot))
 
     def _bodies(self, stamp_ns: int, besides: str = "") -> list[Body]:
         """Return the bodies of all robots that have been heard of, but for one."""

@@ -8,8 +8,12 @@ from collections import Counter
 from collections.abc import Callable, Iterable
 
 from mapserver.batching import Batch, Batches
+from mapserver.broadcast import Broadcast
 from mapserver.intake import Intake
+from mapserver.leading import Lead
 from mapserver.pipeline import MapPipeline, Merged
+from mapserver.servertime import ServerTime
+from mapserver.stopping import StopLatch
 from protocol.bus import Bus
 from protocol.codec import encode
 from protocol.messages import ServerStatus
@@ -22,7 +26,9 @@ from protocol.topics import (
     MAP_UPDATE,
     POSES,
     SERVER_ALIVE,
+    SERVER_CLOCK,
     SERVER_REPORT,
+    SERVER_STOP,
     TRAJECTORIES,
     WORLD_TIME,
 )
@@ -41,11 +47,16 @@ class MapService:
         robots: Iterable[str],
         pipeline: MapPipeline,
         batches: Batches,
+        lead: Lead,
+        server_time: ServerTime,
+        broadcast: Broadcast,
         clock: StageClock,
         clock_s: Callable[[], float] = time.monotonic,
     ) -> None:
         """Open all topics on `bus`; only local maps of `robots` are taken."""
         self._bus, self._pipeline, self._batches = bus, pipeline, batches
+        self._lead, self._time, self._broadcast = lead, server_time, broadcast
+        self._stop = StopLatch()
         self._clock, self._clock_s = clock, clock_s
         self._intake = Intake(robots)
         self._bytes_received = 0
@@ -59,6 +70,8 @@ class MapService:
         self._snapshots = bus.queries(MAP_SNAPSHOT)
         self._trajectories = bus.queries(TRAJECTORIES)
         self._reports = bus.queries(SERVER_REPORT)
+        self._stops = bus.queries(SERVER_STOP)
+        self._clocks = bus.queries(SERVER_CLOCK)
 
     def run(self, stopping: Callable[[], bool]) -> None:
         """Turn until `stopping()`."""
@@ -67,7 +80,9 @@ class MapService:
             batch = self._receive()
             if batch is not None:
                 self._publish(self._step(batch))
+            self._obey()
             self._answer()
+            self._broadcast.repeat()
             self._keep_time(batch is not None)
 
     def status(self) -> ServerStatus:
@@ -102,11 +117,32 @@ class MapService:
     def _publish(self, merged: Merged) -> None:
         with self._clock.stage("publish"):
             self._poses.put(merged.poses)
+            self._lead_on(merged)
             self._map.put(merged.update)
             for acknowledgement in self._intake.acknowledgements():
                 self._acknowledgements[acknowledgement.robot].put(acknowledgement)
 
+    def _lead_on(self, merged: Merged) -> None:
+        """Let the formation go its next step, and say so at once."""
+        self._time.reached(merged.poses.stamp_ns)
+        if not self._time.is_step_due():
+            return
+        with self._clock.stage("formation"):
+            orders = self._lead.step(merged.poses, self._pipeline, self._present.present, self._stop.reason)
+        self._broadcast.send(orders, merged.poses.stamp_ns)
+
+    def _obey(self) -> None:
+        """Carry out orders to stop and to release."""
+        for order in self._stops.take():
+            was_held = bool(self._stop.reason)
+            order.reply(self._stop.obey(order.parameters))
+            if self._stop.reason and not was_held:
+                _log.warning("the swarm is stopped: %s", self._stop.reason)
+                self._broadcast.hold(self._stop.reason)
+
     def _answer(self) -> None:
+        for asked in self._clocks.take():
+            asked.reply(self._time.reading())
         for snapshot in self._snapshots.take():
             snapshot.reply(self._pipeline.snapshot())
         for trajectories in self._trajectories.take():

@@ -144,6 +144,18 @@ class Grid:
         """Return all tiles' indices, sorted."""
         return sorted(self._tiles)
 
+    def cells(self) -> tuple[Cells, Array]:
+        """Return all tiles as one array, shape (rows, columns), UNKNOWN where no tile is, and its lowest corner, shape (2,) [m; arena]."""
+        indices = np.array(self.indices() or [(0, 0)])
+        first, last = indices.min(axis=0), indices.max(axis=0)
+        columns, rows = last - first + 1
+        window = Window(int(first[0]), int(first[1]), int(columns), int(rows))
+        gathered = np.zeros(window.shape, np.uint8)
+        for index, place in window.tiles():
+            if (tile := self._tiles.get(index)) is not None:
+                gathered[place] = tile.cells
+        return gathered, window.origin_m
+
     def message(self, index: TileIndex) -> MapTile:
         """Return one tile as it goes on the wire."""
         ix, iy = index

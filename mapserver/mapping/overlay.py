@@ -13,7 +13,7 @@ import numpy as np
 
 from mapserver.mapping.bodies import Body
 from mapserver.mapping.evidence import BASE, FLOOR, NOTHING, Labels, evidence_of, resolution
-from mapserver.mapping.grid import LEAST_LOG_ODDS, Grid, LogOdds, window_around
+from mapserver.mapping.grid import LEAST_LOG_ODDS, Cells, Grid, LogOdds, window_around
 from protocol.geometry import Array, Pose2
 from protocol.messages import LocalMap, MapTile
 
@@ -62,6 +62,10 @@ class Overlay:
     def take_changes(self, footprints: Sequence[Array]) -> tuple[MapTile, ...]:
         """Return the tiles whose cells changed class since the last call, things now standing on `footprints`, (n, 2) [m; arena] each."""
         return tuple(self._grid.message(index) for index in self._grid.classify(footprints))
+
+    def cells(self) -> tuple[Cells, Array]:
+        """Return all tiles, as of the last `take_changes`, as one array, (rows, columns), and its lowest corner, (2,) [m; arena]."""
+        return self._grid.cells()
 
     def all_tiles(self) -> tuple[MapTile, ...]:
         """Return every tile, as of the last `take_changes`."""

@@ -24,6 +24,8 @@ from protocol.messages import LocalMap, Sighting, covariance_matrix
 START_SIGMA = 1e-4  # [m or rad]: what a configured sigma of 0 means
 LEAST_MOTION_VARIANCE = np.array([2.5e-9, 2.5e-9, 2.5e-9])  # 0.05 mm and 0.05 mrad a frame
 RESTART_SIGMA = np.array([0.1, 0.1, 0.3])  # where a restarted agent finds its robot, around where it was believed to be [m, m, rad]
+FOUND_SIGMA = np.array([0.02, 0.02, 0.05])  # a restarted robot that is known so well has been found again [m, m, rad; body]
+SEARCH_NS = 5_000_000_000  # nobody is searched for longer: where nobody sees it, its last pose is the best there is
 MAX_STAMP_GAP_S = 0.06  # between a sighting and the nearest pose of the robot that it shows
 CAUCHY_SCALE = 2.0  # whitened residual at which a sighting loses half its weight
 RELINEARISE_ABOVE = 1e-3  # [m or rad]: a tenth of a millimetre at the map's far end needs fresh Jacobians
@@ -55,12 +57,19 @@ class _Track:
     stamps_ns: list[int] = field(default_factory=list)
     last: LocalMap | None = None
     twist: Twist | None = None
+    restarted_ns: int | None = None  # while it is searched for
 
     def key(self, number: int) -> int:
         return (self.index << _KEYS_PER_ROBOT_BITS) + number
 
     def newest_key(self) -> int:
         return self.key(len(self.stamps_ns) - 1)
+
+    def end_search(self) -> None:
+        if self.restarted_ns is not None:
+            is_found = bool((np.diag(self.belief.covariance) <= FOUND_SIGMA**2).all())
+            if is_found or self.stamps_ns[-1] - self.restarted_ns > SEARCH_NS:
+                self.restarted_ns = None
 
 
 class _Node(NamedTuple):
@@ -126,6 +135,7 @@ class PoseGraph:
         for track in self._tracks.values():
             if track.stamps_ns:
                 track.belief = self._solved(track.newest_key())
+                track.end_search()
         return {robot: track.belief for robot, track in self._tracks.items()}
 
     def belief(self, robot: str, stamp_ns: int) -> Belief:
@@ -141,6 +151,10 @@ class PoseGraph:
     def is_placed(self, robot: str) -> bool:
         """Tell whether the robot has sent a local map yet."""
         return bool(self._tracks[robot].stamps_ns)
+
+    def is_searching(self, robot: str) -> bool:
+        """Tell whether the robot's agent began anew, and others have yet to tell where that was."""
+        return self._tracks[robot].restarted_ns is not None
 
     def trajectory(self, robot: str) -> tuple[NDArray[np.int64], Array]:
         """Return the smoothed path: stamps, shape (n,) [ns], and poses, shape (n, 3) [m, m, rad; arena]."""
@@ -160,6 +174,9 @@ class PoseGraph:
     def _extend(self, track: _Track, last: LocalMap, local_map: LocalMap) -> None:
         twist = _motion(last, local_map)
         previous_key = track.newest_key()
+        if local_map.epoch != last.epoch:
+            track.restarted_ns = local_map.stamp_ns
+            self._ledger.forget(local_map.robot)
         track.belief = track.belief.moved(twist.body_from_next, twist.covariance)
         track.twist = twist
         track.stamps_ns.append(local_map.stamp_ns)

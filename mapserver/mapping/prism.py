@@ -11,6 +11,8 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
+from statistics import median
 from typing import NamedTuple
 
 import cv2
@@ -18,7 +20,7 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from mapserver.mapping.raster import corners_of, fill
+from mapserver.mapping.raster import SHIFT_BITS, corners_of, fill
 from protocol.geometry import Array
 
 RASTER_M = 0.005  # cells in which views vote
@@ -39,6 +41,42 @@ class Silhouette:
     outline: shapely.Polygon  # without holes [arena]
     weight: float  # how well this view resolves the thing, 0 to 1
 
+    @cached_property
+    def corners(self) -> Array:
+        """The outline's corners, (n, 2) [m; arena], the first of them repeated at the end."""
+        return np.asarray(shapely.get_coordinates(self.outline))
+
+    @cached_property
+    def lowest_m(self) -> Array:
+        """The lowest corner, (2,) [m; arena], of the box around the outline."""
+        return np.asarray(self.corners.min(axis=0))
+
+    @cached_property
+    def highest_m(self) -> Array:
+        """The highest corner, (2,) [m; arena], of the box around the outline."""
+        return np.asarray(self.corners.max(axis=0))
+
+    @cached_property
+    def centre_m(self) -> Array:
+        """The outline's centroid, (2,) [m; arena]."""
+        return np.asarray(shapely.get_coordinates(shapely.centroid(self.outline))[0])
+
+    @cached_property
+    def extent(self) -> Extent:
+        """How far the outline reaches."""
+        offsets, towards = self.corners - self.eye_m, self.centre_m - self.eye_m
+        towards = towards / max(float(np.hypot(*towards)), 1e-9)
+        along, across = offsets @ towards, offsets @ np.array([-towards[1], towards[0]])
+        return Extent(float(along.min()), float(along.max()), float(np.ptp(across)))
+
+
+class Extent(NamedTuple):
+    """How far an outline reaches along the line of sight to its centre, from the eye, and how wide it is across."""
+
+    near_m: float
+    far_m: float
+    width_m: float
+
 
 class SeenHeight(NamedTuple):
     """The height of a thing's top as one view told it, and that view's weight."""
@@ -47,10 +85,19 @@ class SeenHeight(NamedTuple):
     weight: float
 
 
+class Vote(NamedTuple):
+    """The cells that one view is for."""
+
+    weight: float
+    first: NDArray[np.int_]  # (2,) column and row of the first cell in the raster that all views vote in
+    cells: NDArray[np.uint8]  # 1 where it is
+
+
 class Footprint(NamedTuple):
     """Where a thing stands."""
 
     base: shapely.Polygon  # convex [arena]
+    centre_m: Array  # (2,) of the base [arena]
     disagreement: Array  # (2, 2) [m^2; arena]: second moments of the single views' centres about that of the base
 
 
@@ -70,26 +117,37 @@ def footprint(views: Sequence[Silhouette], height_m: float | None) -> Footprint 
     pairs = [_with_shrunk(view, height_m) for view in views]
     lowest = np.array([pair.min(axis=1).max(axis=0) for pair in pairs])  # of the box that the outline and the shrunk one have in common
     highest = np.array([pair.max(axis=1).min(axis=0) for pair in pairs])
-    overlap = np.flatnonzero((lowest < highest).all(axis=1)).tolist()
-    if not overlap:
+    overlap = np.flatnonzero((lowest < highest).all(axis=1))
+    if not len(overlap):
         return None
     origin = lowest[overlap].min(axis=0) - RASTER_M
-    columns, rows = np.ceil((highest[overlap].max(axis=0) - origin) / RASTER_M).astype(int) + 2
-    votes = [(views[index].weight, vote) for index in overlap if (vote := _vote(pairs[index], origin, (int(rows), int(columns)))).any()]
+    first = np.floor((lowest[overlap] - origin) / RASTER_M).astype(int) - 1
+    beyond = np.ceil((highest[overlap] - origin) / RASTER_M).astype(int) + 2
+    votes = [
+        Vote(views[index].weight, low, cells)
+        for index, low, high in zip(overlap.tolist(), np.maximum(first, 0), beyond, strict=True)
+        if (cells := _common(pairs[index], origin, low, high)) is not None
+    ]
     if not votes:
         return None
-    base = _hull(_majority(votes), origin)
-    return Footprint(base, _second_moments(_centres([vote for _, vote in votes], origin), base))
+    base = _hull(_majority(votes, beyond.max(axis=0)), origin)
+    centre_m = shapely.get_coordinates(shapely.centroid(base))[0]
+    return Footprint(base, centre_m, _second_moments(_centres(votes, origin) - centre_m))
 
 
 def silhouettes_of(bases: Sequence[shapely.Polygon], heights_m: Array, eye_m: Array, eye_height_m: float) -> NDArray[np.object_]:
     """Return what prisms on convex `bases` cover on the floor, polygons (n,) [arena]: each the hull of base and stretched top."""
     corners, owners = shapely.get_coordinates(bases, return_index=True)
-    stretch = 1.0 / _shrink(heights_m, eye_height_m)
+    stretch = silhouette_stretch(heights_m, eye_height_m)
     tops = eye_m + stretch[owners, None] * (corners - eye_m)
     order = np.argsort(np.concatenate([owners, owners]), kind="stable")
-    clouds = shapely.multipoints(np.concatenate([corners, tops])[order], indices=np.concatenate([owners, owners])[order])
+    clouds = shapely.linestrings(np.concatenate([corners, tops])[order], indices=np.concatenate([owners, owners])[order])
     return np.asarray(shapely.convex_hull(clouds), dtype=np.object_)
+
+
+def silhouette_stretch(height_m: Array | float, eye_height_m: float) -> Array:
+    """Return s: by how much farther out a top of this height appears than it stands."""
+    return np.asarray(1.0 / _shrink(height_m, eye_height_m))
 
 
 def _shrink(height_m: Array | float, eye_height_m: float) -> Array:
@@ -99,77 +157,81 @@ def _shrink(height_m: Array | float, eye_height_m: float) -> Array:
 
 def _with_shrunk(view: Silhouette, height_m: float | None) -> Array:
     """Return a view's outline and its copy drawn towards the eye by the thing's height, shape (2, n, 2) [m; arena]."""
-    outline = shapely.get_coordinates(view.outline)
-    scale = _square_scale(view) if height_m is None else _shrink(height_m, view.eye_height_m)
-    shrunk = view.eye_m + scale * (outline - view.eye_m)
-    return np.stack([shrunk if _is_top_only(view, float(scale)) else outline, shrunk])
+    scale = _square_scale(view.extent) if height_m is None else float(_shrink(height_m, view.eye_height_m))
+    shrunk = view.eye_m + scale * (view.corners - view.eye_m)
+    return np.stack([shrunk if _is_top_only(view.extent, scale) else view.corners, shrunk])
 
 
-def _is_top_only(view: Silhouette, scale: float) -> bool:
+def _is_top_only(extent: Extent, scale: float) -> bool:
     """Tell whether an outline is shorter than a thing of this height must appear, so that it cannot begin on the floor.
 
     Even without any depth, a top appears 1 / scale times as far out as the base. Then only the top was told from the floor.
     """
-    along, _ = _along_and_across(view)
-    return float(along.max()) * scale < float(along.min())
+    return extent.far_m * scale < extent.near_m
 
 
-def _square_scale(view: Silhouette) -> float:
+def _square_scale(extent: Extent) -> float:
     """Return the scale at which the thing becomes as deep, along the line of sight, as it is wide across."""
-    along, across = _along_and_across(view)
-    near, far, width = float(along.min()), float(along.max()), float(np.ptp(across))
-    if far <= width:
+    if extent.far_m <= extent.width_m:
         return 1.0
     # The width is that of the top, s times too wide, as is its distance: far / s - near = width / s.
-    return float(np.clip(near / (far - width), 1.0 - MOST_SQUARE_HEIGHT, 1.0 - LEAST_SQUARE_HEIGHT))
+    scale = extent.near_m / (extent.far_m - extent.width_m)
+    return min(max(scale, 1.0 - MOST_SQUARE_HEIGHT), 1.0 - LEAST_SQUARE_HEIGHT)
 
 
-def _along_and_across(view: Silhouette) -> tuple[Array, Array]:
-    """Return how far an outline's corners are from the eye along the line of sight, (n,) [m], and how far beside it."""
-    offsets = shapely.get_coordinates(view.outline) - view.eye_m
-    towards = np.asarray(view.outline.centroid.coords[0]) - view.eye_m
-    towards = towards / max(float(np.hypot(*towards)), 1e-9)
-    return offsets @ towards, offsets @ np.array([-towards[1], towards[0]])
+def _common(pair: Array, origin: Array, first: NDArray[np.int_], beyond: NDArray[np.int_]) -> NDArray[np.uint8] | None:
+    """Return the cells from `first` to before `beyond` that two outlines, shape (2, n, 2) [m; arena], have in common.
 
-
-def _vote(pair: Array, origin: Array, shape: tuple[int, ...]) -> NDArray[np.uint8]:
-    """Return the cells that two outlines, shape (2, n, 2) [m; arena], have in common; none where these fall apart, as of two things."""
-    masks = np.zeros((2, *shape), np.uint8)
-    for mask, corners in zip(masks, corners_of(pair, origin, RASTER_M), strict=True):
-        fill(mask, corners, 1)
+    None where there are no such cells, or where they fall apart, as of two things.
+    """
+    columns, rows = beyond - first
+    masks = np.zeros((2, rows, columns), np.uint8)
+    for mask, corners in zip(masks, corners_of(pair, origin, RASTER_M) - (first << SHIFT_BITS), strict=True):
+        fill(mask, corners.astype(np.int32), 1)
     common = masks[0] & masks[1]
     pieces, _ = cv2.findContours(common, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_SIMPLE)
-    return common if len(pieces) == 1 else np.zeros_like(common)
+    return common if len(pieces) == 1 else None
 
 
-def _majority(votes: Sequence[tuple[float, NDArray[np.uint8]]]) -> NDArray[np.bool_]:
-    """Return the cells that most of the votes' weight is for.
+def _majority(votes: Sequence[Vote], size: NDArray[np.int_]) -> NDArray[np.bool_]:
+    """Return the cells, of as many columns and rows, (2,), that most of the votes' weight is for.
 
     Where votes are shifted against each other so much that these are fewer than half of a typical vote's, return those with most weight.
     """
-    count = np.zeros(votes[0][1].shape, np.float32)
-    for weight, vote in votes:
-        count += np.float32(weight) * vote
-    least = math.ceil(LEAST_AGREED * np.median([cv2.countNonZero(vote) for _, vote in votes]))
-    most_weight = np.partition(count, -least, axis=None)[-least]
-    return np.asarray((count > MAJORITY * sum(weight for weight, _ in votes)) | ((count >= most_weight) & (count > 0.0)))
+    count = np.zeros(size[::-1], np.float32)
+    for weight, (column, row), cells in votes:
+        rows, columns = cells.shape
+        count[row : row + rows, column : column + columns] += np.float32(weight) * cells
+    agreed = np.asarray(count > MAJORITY * sum(vote.weight for vote in votes))
+    least = math.ceil(LEAST_AGREED * median(cv2.countNonZero(vote.cells) for vote in votes))
+    if cv2.countNonZero(agreed.view(np.uint8)) >= least:
+        return agreed
+    voted = count[count > 0.0]
+    return np.asarray(agreed | (count >= np.partition(voted, -least)[-least]))
 
 
 def _hull(mask: NDArray[np.bool_], origin: Array) -> shapely.Polygon:
     """Return the convex hull of a mask's largest piece, grown by the half cells that a border through centres cuts off."""
     contours, _ = cv2.findContours(mask.view(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_SIMPLE)
-    largest = np.asarray(max(contours, key=cv2.contourArea))[:, 0]
-    cells = shapely.MultiPoint((largest + 0.5) * RASTER_M + origin).convex_hull
-    return cells.buffer(0.5 * RASTER_M, quad_segs=1, join_style="mitre").simplify(0.5 * RASTER_M)
+    corners = cv2.convexHull(max(contours, key=cv2.contourArea))[:, 0]
+    ring = shapely.linestrings((np.vstack([corners, corners[:1]]) + 0.5) * RASTER_M + origin)
+    grown = shapely.buffer(shapely.convex_hull(ring), 0.5 * RASTER_M, quad_segs=1, join_style="mitre")
+    hull: shapely.Polygon = shapely.simplify(grown, 0.5 * RASTER_M)
+    return hull
 
 
-def _centres(masks: Sequence[NDArray[np.uint8]], origin: Array) -> Array:
-    """Return the centres, (n, 2) [m; arena], of masks."""
-    moments = [cv2.moments(mask, binaryImage=True) for mask in masks]
-    return (np.array([(m["m10"] / m["m00"], m["m01"] / m["m00"]) for m in moments]) + 0.5) * RASTER_M + origin
+def _centres(votes: Sequence[Vote], origin: Array) -> Array:
+    """Return the centres, (n, 2) [m; arena], of the cells of votes."""
+    return (np.array([vote.first + _mean_cell(vote.cells) for vote in votes]) + 0.5) * RASTER_M + origin
 
 
-def _second_moments(centres: Array, base: shapely.Polygon) -> Array:
-    """Return the second moments, (2, 2), of points, (n, 2), about the centre of the base."""
-    offsets = centres - np.asarray(base.centroid.coords[0])
+def _mean_cell(cells: NDArray[np.uint8]) -> Array:
+    """Return the mean column and row, (2,), of the cells that are 1."""
+    by_column, by_row = (cv2.reduce(cells, axis, cv2.REDUCE_SUM, dtype=cv2.CV_32S).ravel() for axis in (0, 1))
+    moments = np.array([by_column @ np.arange(len(by_column)), by_row @ np.arange(len(by_row))], dtype=np.float64)
+    return moments / float(by_row.sum())
+
+
+def _second_moments(offsets: Array) -> Array:
+    """Return the second moments, (2, 2), of points at some offsets, (n, 2), from a centre."""
     return np.asarray(offsets.T @ offsets / len(offsets))

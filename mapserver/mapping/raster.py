@@ -24,14 +24,17 @@ def fill(mask: Mask, polygon: Corners, value: int) -> None:
 
     What does is drawn on a canvas of its own, for cv2.fillPoly distorts polygons that cross the border of a picture.
     """
-    first, last = polygon.min(axis=0) >> SHIFT_BITS, (polygon.max(axis=0) >> SHIFT_BITS) + 2
-    if (first >= 0).all() and (last <= mask.shape[::-1]).all():
+    x, y, width, height = cv2.boundingRect(polygon)
+    left, right = x >> SHIFT_BITS, (x + width - 1 >> SHIFT_BITS) + 2
+    bottom, top = y >> SHIFT_BITS, (y + height - 1 >> SHIFT_BITS) + 2
+    rows, columns = mask.shape
+    if left >= 0 and bottom >= 0 and right <= columns and top <= rows:
         cv2.fillPoly(mask, [polygon], value, lineType=cv2.LINE_8, shift=SHIFT_BITS)
         return
-    low, high = np.maximum(first, 0), np.minimum(last, mask.shape[::-1])
-    if (low < high).all():
-        columns, rows = last - first
-        canvas = np.zeros((int(rows), int(columns)), np.uint8)
-        cv2.fillPoly(canvas, [polygon - (first << SHIFT_BITS)], 1, lineType=cv2.LINE_8, shift=SHIFT_BITS)
-        covered = canvas[low[1] - first[1] : high[1] - first[1], low[0] - first[0] : high[0] - first[0]]
-        mask[low[1] : high[1], low[0] : high[0]][covered > 0] = value
+    inside = slice(max(bottom, 0), min(top, rows)), slice(max(left, 0), min(right, columns))
+    if inside[0].start < inside[0].stop and inside[1].start < inside[1].stop:
+        canvas = np.zeros((top - bottom, right - left), np.uint8)
+        moved = polygon - np.array([left << SHIFT_BITS, bottom << SHIFT_BITS], dtype=np.int32)
+        cv2.fillPoly(canvas, [moved], 1, lineType=cv2.LINE_8, shift=SHIFT_BITS)
+        covered = canvas[inside[0].start - bottom : inside[0].stop - bottom, inside[1].start - left : inside[1].stop - left]
+        mask[inside][covered > 0] = value

@@ -55,6 +55,10 @@ class SightingLedger:
         """Start with nothing said."""
         self._spells: dict[tuple[str, str], _Spell] = {}
 
+    def forget(self, robot: str) -> None:
+        """Forget what was said by or about a robot: it may stand elsewhere now, so what is said next is new."""
+        self._spells = {pair: spell for pair, spell in self._spells.items() if robot not in pair}
+
     def covariance(self, pair: tuple[str, str], observer: Pose2, target: Pose2, sighting: Sighting) -> Array | None:
         """Return the covariance of (range, bearing), shape (2, 2), with which this sighting counts, or None where it tells nothing new.
 

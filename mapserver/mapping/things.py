@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from mapserver.mapping.belief import Belief
 from mapserver.mapping.bodies import Body
-from mapserver.mapping.prism import Footprint, SeenHeight, Silhouette, footprint, height_of, silhouettes_of
+from mapserver.mapping.prism import Footprint, SeenHeight, Silhouette, footprint, height_of, silhouette_stretch, silhouettes_of
 from mapserver.mapping.view import StandingRegion, View, lay
 from protocol.geometry import Array, Pose2
 from protocol.messages import LocalMap, MapObject, Packed
@@ -111,7 +111,7 @@ class ThingTracker:
         """Believe in nothing where robots stand."""
         for body in bodies:
             for thing in self._things:
-                if math.dist(thing.shape.base.centroid.coords[0], body.position_m) < body.radius_m:
+                if math.dist(thing.shape.centre_m, body.position_m) < body.radius_m:
                     thing.belief = min(thing.belief, 0.0)
 
     def objects(self, beliefs: Mapping[str, Belief]) -> tuple[MapObject, ...]:
@@ -124,13 +124,12 @@ class ThingTracker:
             return
         distances_m = shapely.distance(_bases(self._things), shapely.Point(view.eye_m))
         silhouettes = _silhouettes(self._things, view.eye_m, view.eye_height_m)
-        shown = shapely.union_all([region.outline for region in view.regions])
-        shares = shapely.area(shapely.intersection(silhouettes, shown)) / shapely.area(silhouettes)
-        for index in np.flatnonzero(view.is_open(silhouettes, distances_m)):
+        is_open = np.flatnonzero(view.is_open(silhouettes, distances_m))
+        for index, share in zip(is_open.tolist(), _shown_shares(silhouettes[is_open], view), strict=True):
             thing, distance_m = self._things[index], float(distances_m[index])
-            if shares[index] > SHOWN_SHARE:
+            if share > SHOWN_SHARE:
                 thing.count(view, distance_m)
-            elif shares[index] < MISSED_SHARE:
+            elif share < MISSED_SHARE:
                 thing.belief -= LOSS * view.clarity(distance_m)
 
     def _shape(self, region: StandingRegion, view: View) -> _Thing | None:
@@ -150,8 +149,10 @@ class ThingTracker:
         """Return the thing that most of lies within a region, of those that its base line begins at."""
         if not self._things:
             return None
-        distances_m = shapely.distance(_bases(self._things), shapely.Point(region.nearest_m))
-        near = [self._things[index] for index in np.flatnonzero(distances_m < MATCH_M)]
+        is_near = shapely.dwithin(_bases(self._things), shapely.Point(region.nearest_m), MATCH_M)
+        near = [self._things[index] for index in np.flatnonzero(is_near)]
+        if len(near) == 1:
+            return near[0]
         return max(near, key=lambda thing: _share_inside(thing.shape.base, region.outline), default=None)
 
     def _begin(self, region: StandingRegion, view: View, heights: Sequence[SeenHeight]) -> _Thing | None:
@@ -159,16 +160,18 @@ class ThingTracker:
         silhouette = view.silhouette(region)
         if (shape := footprint([silhouette], None)) is None:
             return None
-        thing = _Thing(self._next_number, shape, None, view.stamp_ns)
+        thing = _Thing(self._next_number, shape, None, view.stamp_ns, views=[silhouette])
         thing.count(view, region.distance_m)
-        thing.add([silhouette], heights)
+        thing.heights.extend(heights)
         self._next_number += 1
         self._things.append(thing)
         return thing
 
     def _join(self, thing: _Thing) -> None:
         """Join a thing that changed with another on the same floor, and drop those that it turns out to explain."""
-        twin = next((other for other in self._things if other is not thing and _is_same(thing.shape.base, other.shape.base)), None)
+        near = np.flatnonzero(shapely.intersects(_bases(self._things), thing.shape.base)).tolist()
+        others = (self._things[index] for index in near if self._things[index] is not thing)
+        twin = next((other for other in others if _is_same(thing.shape.base, other.shape.base)), None)
         if twin is not None:
             thing, newer = sorted((thing, twin), key=lambda item: item.number)
             thing.take_over(newer)
@@ -186,7 +189,7 @@ class ThingTracker:
 
 def _best_of_each_side(views: Sequence[Silhouette]) -> list[Silhouette]:
     """Return the views that resolve a thing best, of those from each side of the newest outline as many as are kept."""
-    towards = np.array([view.eye_m for view in views]) - np.asarray(views[-1].outline.centroid.coords[0])
+    towards = np.array([view.eye_m for view in views]) - views[-1].centre_m
     sides: defaultdict[int, list[Silhouette]] = defaultdict(list)
     for side, view in zip(np.floor(np.arctan2(towards[:, 1], towards[:, 0]) / (2.0 * np.pi) * DIRECTION_BINS), views, strict=True):
         sides[int(side)].append(view)
@@ -203,6 +206,17 @@ def _silhouettes(things: Sequence[_Thing], eye_m: Array, eye_height_m: float) ->
     return silhouettes_of(_bases(things), heights_m, eye_m, eye_height_m)
 
 
+def _shown_shares(silhouettes: NDArray[np.object_], view: View) -> Array:
+    """Return how much, (n,) 0 to 1, of each silhouette, (n,), the regions of a view cover."""
+    outlines = np.array([region.outline for region in view.regions], dtype=np.object_)
+    index, touched = shapely.STRtree(outlines).query(silhouettes)
+    common_m2 = np.zeros(len(silhouettes))
+    for number in np.unique(index):
+        near = outlines[touched[index == number]]
+        common_m2[number] = shapely.area(shapely.intersection(silhouettes[number], near[0] if len(near) == 1 else shapely.union_all(near)))
+    return np.asarray(common_m2 / shapely.area(silhouettes))
+
+
 def _share_inside(base: shapely.Polygon, outline: shapely.Polygon) -> float:
     return float(base.intersection(outline).area / base.area)
 
@@ -214,6 +228,7 @@ def _is_ghost(thing: _Thing, known: _Thing) -> bool:
 
 def _explainer(things: Sequence[_Thing], seen: Silhouette) -> _Thing | None:
     """Return the first of things of known height of which an outline is but the upper part, the base blending into the floor."""
+    things = [thing for thing in things if _may_cover(thing, seen)]
     if not things:
         return None
     silhouettes = _silhouettes(things, seen.eye_m, seen.eye_height_m)
@@ -221,6 +236,14 @@ def _explainer(things: Sequence[_Thing], seen: Silhouette) -> _Thing | None:
     common = shapely.intersection(shapely.buffer(silhouettes[near], EXPLAINED_MARGIN_M, quad_segs=2), seen.outline)
     explaining = near[shapely.area(common) > EXPLAINED_SHARE * seen.outline.area]
     return things[int(explaining[0])] if len(explaining) else None
+
+
+def _may_cover(thing: _Thing, seen: Silhouette) -> bool:
+    """Tell whether the box around what a thing covers, seen from the eye of a view, reaches to within the margin of its outline."""
+    base = np.array(thing.shape.base.bounds).reshape(2, 2)
+    top = seen.eye_m + silhouette_stretch(thing.height_m or 0.0, seen.eye_height_m) * (base - seen.eye_m)
+    low, high = np.minimum(base[0], top[0]) - EXPLAINED_MARGIN_M, np.maximum(base[1], top[1]) + EXPLAINED_MARGIN_M
+    return bool((low <= seen.highest_m).all() and (high >= seen.lowest_m).all())
 
 
 def _is_same(first: shapely.Polygon, second: shapely.Polygon) -> bool:
@@ -243,7 +266,6 @@ def _object(thing: _Thing, beliefs: Mapping[str, Belief]) -> MapObject:
 
 def _centre_covariance(thing: _Thing, beliefs: Mapping[str, Belief]) -> Array:
     """Return the covariance of the footprint's centre, (2, 2) [m^2; arena]: how far single views disagree, and the best observer's own."""
-    centre = np.asarray(thing.shape.base.centroid.coords[0])
     observers = [beliefs[robot] for robot in sorted(thing.seen_by)]
-    placed = [observer.covariance_of_point(observer.arena_from_body.inverse().apply(centre)) for observer in observers]
+    placed = [observer.covariance_of_point(observer.arena_from_body.inverse().apply(thing.shape.centre_m)) for observer in observers]
     return np.asarray(thing.shape.disagreement + LEAST_CENTRE_SIGMA_M**2 * np.eye(2) + min(placed, key=np.trace))

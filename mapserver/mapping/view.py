@@ -61,9 +61,10 @@ class View:
 
     def is_open(self, silhouettes: NDArray[np.object_], distances_m: Array) -> NDArray[np.bool_]:
         """Tell of each silhouette, (n,), its base at a distance, (n,), whether it would be seen: within reach, and mostly unhidden."""
-        within = (distances_m < self.range_m) & (distances_m >= self.body_range_m)
-        hidden_m2 = shapely.area(shapely.intersection(silhouettes, self.closed))
-        return np.asarray(within & (hidden_m2 < MOST_CLOSED * shapely.area(silhouettes)))
+        within = np.asarray((distances_m < self.range_m) & (distances_m >= self.body_range_m))
+        hidden_m2 = shapely.area(shapely.intersection(silhouettes[within], self.closed))
+        within[within] = hidden_m2 < MOST_CLOSED * shapely.area(silhouettes[within])
+        return within
 
     def silhouette(self, region: StandingRegion) -> Silhouette:
         """Return the region as a view of one thing."""
@@ -82,9 +83,10 @@ def lay(local_map: LocalMap, arena_from_body: Pose2, bodies: Sequence[Body]) -> 
     range_m = min(local_map.floor_range_m, MAX_RANGE_M)
     sectors = [robot_sector(eye_m, body, 2.0 * range_m) for body in bodies]
     hidden = shapely.union_all([shapely.Polygon(sector) for sector in sectors if sector is not None])
-    laid = [(region, _polygon(arena_from_body.apply(region.outline.metres()))) for region in local_map.regions]
-    moving = [outline for region, outline in laid if outline is not None and region.motion == "moving"]
-    standing = [(outline, region.height_m) for region, outline in laid if outline is not None and region.motion != "moving"]
+    outlines = _polygons([arena_from_body.apply(region.outline.metres()) for region in local_map.regions])
+    laid = [(region, outline) for region, outline in zip(local_map.regions, outlines, strict=True) if outline is not None]
+    moving = [outline for region, outline in laid if region.motion == "moving"]
+    standing = [(outline, region.height_m) for region, outline in laid if region.motion != "moving"]
     return View(
         robot=local_map.robot,
         stamp_ns=local_map.stamp_ns,
@@ -93,7 +95,7 @@ def lay(local_map: LocalMap, arena_from_body: Pose2, bodies: Sequence[Body]) -> 
         range_m=range_m,
         body_range_m=local_map.body_radius_m,
         hidden=hidden,
-        closed=shapely.union_all([hidden, *moving]),
+        closed=shapely.union_all([hidden, *moving]) if moving else hidden,
         regions=tuple(_with_covered([_standing(outline, height_m, eye_m) for outline, height_m in standing], eye_m)),
     )
 
@@ -107,13 +109,20 @@ def _standing(outline: shapely.Polygon, height_m: float | None, eye_m: Array) ->
 
 def _with_covered(regions: Sequence[StandingRegion], eye_m: Array) -> list[StandingRegion]:
     """Return the regions, with those marked whose base line is lost behind another one."""
-    return [region._replace(covered=any(_covers(other, region, eye_m) for other in regions if other is not region)) for region in regions]
+    covered = {behind for front, behind in _touching(regions) if _covers(regions[front], regions[behind], eye_m)}
+    return [region._replace(covered=index in covered) for index, region in enumerate(regions)]
+
+
+def _touching(regions: Sequence[StandingRegion]) -> NDArray[np.int_]:
+    """Return which regions touch another one that is farther from the eye, (n, 2), the nearer one first."""
+    distances_m = np.array([region.distance_m for region in regions])
+    pairs = np.argwhere(distances_m[:, None] < distances_m)
+    outlines = np.array([region.outline for region in regions], dtype=np.object_)
+    return np.asarray(pairs[shapely.distance(outlines[pairs[:, 0]], outlines[pairs[:, 1]]) <= TOUCHING_M])
 
 
 def _covers(front: StandingRegion, behind: StandingRegion, eye_m: Array) -> bool:
-    """Tell whether one region stands before another, touches it, and takes up most of its width."""
-    if front.distance_m >= behind.distance_m or front.outline.distance(behind.outline) > TOUCHING_M:
-        return False
+    """Tell whether a region takes up most of the width of another, which stands behind it."""
     (first, last), (left, right) = _span(behind.outline, eye_m, behind.nearest_m), _span(front.outline, eye_m, behind.nearest_m)
     return min(last, right) - max(first, left) > MOST_COVERED * (last - first)
 
@@ -126,10 +135,19 @@ def _span(outline: shapely.Polygon, eye_m: Array, towards_m: Array) -> tuple[flo
     return float(turns.min()), float(turns.max())
 
 
-def _polygon(points: Array) -> shapely.Polygon | None:
-    """Return an outline, (n, 2), as a polygon, mended where it crosses itself; None where nothing of it is left."""
-    outline = shapely.Polygon(points)
-    if not outline.is_valid:
-        parts = [part for part in shapely.get_parts(shapely.make_valid(outline)) if isinstance(part, shapely.Polygon)]
-        outline = shapely.Polygon(max(parts, key=shapely.area).exterior) if parts else outline
-    return outline if outline.is_valid and outline.area > 0.0 else None
+def _polygons(outlines: Sequence[Array]) -> list[shapely.Polygon | None]:
+    """Return outlines, (n, 2) each, as polygons, mended where they cross themselves; None where nothing of one is left."""
+    if not outlines:
+        return []
+    owners = np.repeat(np.arange(len(outlines)), [len(outline) for outline in outlines])
+    polygons = shapely.polygons(shapely.linearrings(np.concatenate(outlines), indices=owners))
+    for index in np.flatnonzero(~shapely.is_valid(polygons)):
+        polygons[index] = _mended(polygons[index])
+    usable = shapely.is_valid(polygons) & (shapely.area(polygons) > 0.0)
+    return [polygon if good else None for polygon, good in zip(polygons, usable, strict=True)]
+
+
+def _mended(outline: shapely.Polygon) -> shapely.Polygon:
+    """Return the largest part of an outline that crosses itself."""
+    parts = [part for part in shapely.get_parts(shapely.make_valid(outline)) if isinstance(part, shapely.Polygon)]
+    return shapely.Polygon(max(parts, key=shapely.area).exterior) if parts else outline

@@ -1,0 +1,133 @@
+"""One plan for all: the leader's trail, a lane for each follower, and how far it keeps back, as functions of how far the leader is.
+
+Everybody's reference follows from two numbers, the leader's arc length and how fast that grows. So a formation that is slowed down or
+stopped anywhere keeps its shape, and no reference ever jumps.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from mapserver.formation.costmap import CostMap
+from mapserver.formation.narrowing import Spacing, backs_along, blended, closest_along, lefts_along
+from mapserver.formation.speeds import speeds_along
+from mapserver.formation.trail import STEP_M, Lane, Reference, sample
+from protocol.geometry import Array
+
+LEAST_SIDE_M = 0.02  # between bodies and things; what comes nearer, stops the plan there
+SIGHT_M = 1.5  # ahead of the leader that is checked again in every step
+STOP_BEFORE_M = 0.05
+MEETING_M = 0.015  # robots may come so much nearer than planned
+
+
+@dataclass(frozen=True)
+class Plan:
+    """Row and lane 0 are the leader's; followers come in the order of a column. `trail` is sampled as lanes are."""
+
+    names: tuple[str, ...]
+    offsets: Array  # (k, 2) of the followers' slots (back, left) [m]
+    lefts_m: Array  # (k, n) at the followers' own arc lengths
+    backs_m: Array  # (k, n) at the leader's
+    lanes: tuple[Lane, ...]
+    speeds_m_s: Array  # (n,) that the leader's arc length may have
+    goal_m: tuple[float, float]
+
+    @property
+    def leader(self) -> str:
+        """Who leads."""
+        return self.names[0]
+
+    @property
+    def trail(self) -> Lane:
+        """The curve that the leader drives."""
+        return self.lanes[0]
+
+    def references(self, arc_m: float, rate_m_s: float) -> dict[str, Reference]:
+        """Return everybody's reference, the leader's arc length being `arc_m` and growing by `rate_m_s`."""
+        found = {self.leader: self.trail.at(arc_m, rate_m_s)}
+        for number, name in enumerate(self.names[1:]):
+            back_m = self.backs_m[number]
+            pace = 1.0 - float(sample(back_m, arc_m + STEP_M) - sample(back_m, arc_m - STEP_M)) / (2.0 * STEP_M)
+            found[name] = self.lanes[number + 1].at(arc_m - float(sample(back_m, arc_m)), rate_m_s * pace)
+        return found
+
+    def slots(self, arc_m: float) -> dict[str, tuple[float, float]]:
+        """Return everybody's place in the leader's body frame [m]."""
+        references = self.references(arc_m, 0.0)
+        leader_from_arena = references[self.leader].arena_from_body.inverse()
+        return {name: _rounded(leader_from_arena.apply(reference.arena_from_body[:2])) for name, reference in references.items()}
+
+    def is_open(self, arc_m: float, tolerance_m: float) -> bool:
+        """Tell whether all followers are at their slots' own offsets from the leader, as on a straight trail."""
+        slots = self.slots(arc_m)
+        rigid = self.offsets * (-1.0, 1.0)
+        return all(np.hypot(*(rigid[number] - slots[name])) <= tolerance_m for number, name in enumerate(self.names[1:]))
+
+    def clear_until_m(self, arc_m: float, radius_m: float, cost_map: CostMap) -> float:
+        """Return the arc length of the leader up to which nobody touches anything on the map; the trail's end where all is clear."""
+        count = len(self.trail.points_m)
+        ahead_m = STEP_M * np.arange(int(arc_m / STEP_M), min(int((arc_m + SIGHT_M) / STEP_M) + 1, count))
+        touching = np.zeros(len(ahead_m), dtype=bool)
+        for number in range(len(self.names)):
+            arcs_m = ahead_m - sample(self.backs_m[number - 1], ahead_m) if number else ahead_m
+            touching |= cost_map.clearance_m(sample(self.lanes[number].points_m, arcs_m)) < radius_m + LEAST_SIDE_M
+        return float(ahead_m[np.argmax(touching)]) if touching.any() else self.trail.length_m
+
+
+@dataclass(frozen=True)
+class Body:
+    """What all robots of a formation have in common."""
+
+    radius_m: float
+    cruise_m_s: float
+    most_m_s: float
+
+    @property
+    def spacing(self) -> Spacing:
+        """How near they come to each other."""
+        return Spacing.of(self.radius_m)
+
+
+def make_plan(
+    trail: Lane,
+    arc_m: float,
+    names: tuple[str, ...],
+    offsets: Array,
+    body: Body,
+    cost_map: CostMap,
+    goal_m: tuple[float, float],
+    held: Plan | None = None,
+) -> Plan:
+    """Return the plan to drive along a trail, the leader being at `arc_m`, and where another plan is held to, going on from that one.
+
+    `names` has the leader first, `offsets`, shape (k, 2), ascend in how far back they are.
+    """
+    backs_now_m = offsets[:, 0] if held is None else sample(held.backs_m.T, arc_m)
+    lefts_m = lefts_along(trail, offsets, arc_m - backs_now_m, body.radius_m, cost_map)
+    if held is not None:
+        lefts_m = _each_blended(held.lefts_m, lefts_m, arc_m - backs_now_m)
+    lanes = (trail, *(trail.beside(left_m) for left_m in lefts_m))
+    backs_m = backs_along(lanes, offsets, arc_m, body.spacing)
+    if held is not None:
+        backs_m = _each_blended(held.backs_m, backs_m, np.full(len(offsets), arc_m))
+    room_m = cost_map.clearance_m(trail.points_m).astype(np.float64) - body.radius_m
+    speeds_m_s = speeds_along(lanes, backs_m, room_m, body.cruise_m_s, body.most_m_s)
+    return Plan(names, offsets, lefts_m, backs_m, lanes, speeds_m_s, goal_m)
+
+
+def meets_from_m(plan: Plan, arc_m: float, body: Body) -> float:
+    """Return the arc length of the leader from which two robots of a plan would come too near, its end where none do."""
+    near = closest_along(plan.lanes, plan.backs_m) < body.spacing.least_m - MEETING_M
+    near[: int(arc_m / STEP_M)] = False
+    return STEP_M * int(np.argmax(near)) if near.any() else plan.trail.length_m
+
+
+def _each_blended(old: Array, new: Array, from_arcs_m: Array) -> Array:
+    rows = zip(old, new, from_arcs_m, strict=True)
+    return np.array([blended(old_row, new_row, float(arc_m)) for old_row, new_row, arc_m in rows]).reshape(new.shape)
+
+
+def _rounded(place_m: Array) -> tuple[float, float]:
+    return float(place_m[0]), float(place_m[1])

@@ -1,0 +1,81 @@
+"""From one merged batch to one step of the formation: who counts as present, what is known of the floor, and the orders as messages."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from mapserver.formation.controller import FormationController, Orders
+from mapserver.formation.task import Moment
+from mapserver.formation.trail import Reference
+from mapserver.pipeline import MapPipeline
+from protocol.geometry import Pose2
+from protocol.messages import FormationState, Poses, Setpoint, Setpoints, Slot, pose_tuple
+
+SILENCE_NS = 1_000_000_000  # a robot whose pose was not measured for so long is lost
+VALIDITY_NS = 500_000_000
+IDLE_REASON = "no formation is asked for"
+
+
+class Said(NamedTuple):
+    """One broadcast."""
+
+    setpoints: Setpoints
+    state: FormationState
+
+
+class Lead:
+    """Steps the formation, if there is one, and remembers who was heard when."""
+
+    def __init__(self, controller: FormationController | None) -> None:
+        """Without a controller nobody is moved."""
+        self._controller = controller
+        self._heard_ns: dict[str, int] = {}
+
+    def step(self, poses: Poses, pipeline: MapPipeline, present: frozenset[str], stopped: str) -> Orders:
+        """Return the orders for the stamp of these poses; `stopped` tells why the swarm is held."""
+        self._heard_ns |= {each.robot: poses.stamp_ns for each in poses.robots if not each.predicted}
+        if self._controller is None:
+            return Orders({}, "waiting", stopped or IDLE_REASON)
+        at = {each.robot: Pose2(*each.arena_from_body) for each in poses.robots}
+        here = {robot for robot in at if robot in present and self._is_heard(robot, poses.stamp_ns)}
+        return self._controller.step(
+            Moment(
+                stamp_ns=poses.stamp_ns,
+                poses={robot: pose for robot, pose in at.items() if robot in here},
+                lost={robot: pose for robot, pose in at.items() if robot not in here},
+                floor=pipeline.floor(),
+                moving=pipeline.moving(poses.stamp_ns),
+                stopped=stopped,
+            )
+        )
+
+    def _is_heard(self, robot: str, stamp_ns: int) -> bool:
+        return robot in self._heard_ns and stamp_ns - self._heard_ns[robot] <= SILENCE_NS
+
+
+def said(orders: Orders, epoch: int, seq: int, stamp_ns: int) -> Said:
+    """Return the orders as they go on the wire."""
+    setpoints = tuple(_setpoint(robot, reference) for robot, reference in sorted(orders.references.items()))
+    slots = tuple(Slot(robot=robot, leader_from_slot=slot) for robot, slot in orders.slots.items())
+    return Said(
+        Setpoints(epoch=epoch, seq=seq, stamp_ns=stamp_ns, valid_until_ns=stamp_ns + VALIDITY_NS, robots=setpoints),
+        FormationState(
+            epoch=epoch,
+            seq=seq,
+            stamp_ns=stamp_ns,
+            phase=orders.phase,
+            reason=orders.reason[:200],
+            leader=orders.leader,
+            goal=orders.goal,
+            slots=slots,
+        ),
+    )
+
+
+def _setpoint(robot: str, reference: Reference) -> Setpoint:
+    return Setpoint(
+        robot=robot,
+        arena_from_body=pose_tuple(reference.arena_from_body),
+        speed_m_s=reference.speed_m_s,
+        turn_rad_s=reference.turn_rad_s,
+    )
