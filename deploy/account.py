@@ -4,7 +4,7 @@ Stable: keys are added, never renamed; `version` grows when one changes its mean
 
     version         1
     finished        false while the run goes on, and for ever where it was broken off
-    recording       the recording's folder
+    recording       the recording's folder; of a simulation what its world has handed out and its truth
     method          full | paper | paper-calibrated
     rate            recorded pace: 1.0; as fast as it goes: "max"
     versions        of ommatidia, Python and the packages that figures depend on

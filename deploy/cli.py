@@ -32,6 +32,12 @@ OutFolder = Annotated[
     Path | None, typer.Option(metavar="DIR", help="Folder for the run; runs/<recording>-<time> if not given.", show_default=False)
 ]
 Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace a run that lies in DIR.")]
+Robots = Annotated[
+    list[str] | None, typer.Argument(metavar="ROBOT...", help="Robots; the map server and all robots if none is named.", show_default=False)
+]
+Endpoint = Annotated[str, typer.Option(metavar="E", help="Where the map server listens, as tcp/HOST:PORT.", show_default=False)]
+Site = Annotated[str, typer.Option(metavar="S", help="The swarm's site.")]
+Reason = Annotated[str, typer.Option(metavar="TEXT", help="Why, in one line; every robot tells it.", show_default=False)]
 ConfigFile = Annotated[Path, typer.Option(metavar="FILE", help="Settings, as TOML.", show_default=False)]
 
 
@@ -91,14 +97,28 @@ def evaluate(
     evaluate_run(run, truth, Console())
 
 
-@app.command(epilog="Examples:\n\nommatidia demo\n\nommatidia demo --out runs/demo --overwrite")
-def demo(out: OutFolder = None, overwrite: Overwrite = False) -> None:
-    """Show it all: map a short recording of three robots, and judge the map."""
+@app.command(
+    epilog="Examples:\n\nommatidia demo\n\nommatidia demo --robots 6 --seed 7\n\nommatidia demo --scenario passer_by --record recorded"
+)
+def demo(
+    robots: Annotated[int, typer.Option(min=1, max=12, help="How many, in a random arena.")] = 3,
+    seed: Annotated[int, typer.Option(min=0, metavar="N", help="Of the random arena: each has another one.")] = 2,
+    duration: Annotated[
+        float | None, typer.Option(min=1.0, metavar="S", help="Seconds of world time at most; as the scenario says if not given.")
+    ] = None,
+    scenario: Annotated[str | None, typer.Option(metavar="FILE", help="A scenario, in place of a random arena.")] = None,
+    record: Annotated[Path | None, typer.Option(metavar="DIR", help="Keep frames, wheels and truth there, as a recording.")] = None,
+    headless: Annotated[bool, typer.Option("--headless", help="Show no progress.")] = False,
+    out: OutFolder = None,
+    overwrite: Overwrite = False,
+) -> None:
+    """Show it all: a simulated swarm drives in formation through an arena, maps it, and is judged."""
     from rich.console import Console
 
+    from deploy.demo import Wishes
     from deploy.demo import demo as show
 
-    show(out, overwrite, Console())
+    show(Wishes(robots, seed, duration, scenario, record, out, overwrite, headless), Console())
 
 
 @app.command(epilog="Examples:\n\nommatidia agent --config /etc/ommatidia/agent.toml")
@@ -115,6 +135,22 @@ def mapserver(config: ConfigFile) -> None:
     from mapserver.__main__ import run
 
     run(config)
+
+
+@app.command(epilog="Examples:\n\nommatidia stop --endpoint tcp/192.168.1.20:7447\n\nommatidia stop r2 r3 --endpoint E --reason 'a cat'")
+def stop(endpoint: Endpoint, robots: Robots = None, site: Site = "home", reason: Reason = "") -> None:
+    """Stop robots, whatever else they are told, until they are released."""
+    from deploy.stop_command import order_stop
+
+    order_stop("stop", robots or [], endpoint, site, reason, print)
+
+
+@app.command(epilog="Examples:\n\nommatidia release --endpoint tcp/192.168.1.20:7447\n\nommatidia release r2 --endpoint E")
+def release(endpoint: Endpoint, robots: Robots = None, site: Site = "home", reason: Reason = "") -> None:
+    """Release stopped robots: they follow the next setpoint."""
+    from deploy.stop_command import order_stop
+
+    order_stop("release", robots or [], endpoint, site, reason, print)
 
 
 def main() -> NoReturn:

@@ -14,6 +14,8 @@ _LEFT_BY_A_RUN = (
     "config",
     "logs",
     "trajectories",
+    "world",
+    "formation.csv",
     "pictures",
     "figures",
     CALIBRATED_LENS,

@@ -12,9 +12,11 @@ from collections.abc import Callable, Collection, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from types import TracebackType
-from typing import Self
+from typing import Self, TypeVar
 
 from protocol.errors import LinkError
+
+T = TypeVar("T")
 
 STOP_GRACE_S = 1.4  # from the polite request to the kill; both together leave an interrupt over within 2 s
 KILL_GRACE_S = 0.4  # a killed process is gone at once, unless the kernel holds it
@@ -75,7 +77,7 @@ class Processes:
             if (code := child.poll()) is not None:
                 raise LinkError(f"{name} ended {_how(code)}: {_last_line(self._log(name))} (all of it: {self._log(name)})")
 
-    def wait_for(self, event: Callable[[float], None], timeout_s: float) -> None:
+    def wait_for(self, event: Callable[[float], T], timeout_s: float) -> T:
         """Call `event(seconds)`, which waits for something or raises LinkError, until it has come; a child that ends meanwhile is named."""
         deadline_s = time.monotonic() + timeout_s
         while True:

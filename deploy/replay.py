@@ -7,21 +7,24 @@ Nobody can be late: a step is released when the poses of the step before are out
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Protocol
 
 from agent.pipeline import Method
-from deploy.account import PaceAccount, RunAccount, robot_account, versions
+from deploy.account import PaceAccount, RunAccount, versions
+from deploy.closing import finished_account
+from deploy.launch import Processes
 from deploy.recorder import Recorder
+from deploy.settings_files import SITE, check_robots
 from deploy.stopwatch import Stopwatch
-from deploy.swarm import Swarm, running_swarm
+from deploy.swarm import START_TIMEOUT_S, Swarm, running_swarm
 from protocol import topics
 from protocol.messages import WorldTime
-from protocol.settings import Settings
 from sim.pace import Pace
+from sim.player import Player
 from sim.recording import Recording, Step
 
 STEP_TIMEOUT_S = 60.0
@@ -48,28 +51,42 @@ def replay(plan: Plan, display: Display) -> RunAccount:
     """Replay a recording and leave the run in its folder; raises OmmatidiaError where that cannot go on. All processes end with it."""
     account = new_account(plan)
     account.write(plan.folder)
+    check_robots(plan.recording)
     with (
-        running_swarm(plan.recording, plan.method, plan.folder) as swarm,
+        Player.open(plan.recording, SITE) as player,
+        Processes(plan.folder / "logs") as processes,
+        running_swarm(plan.recording, plan.method, plan.folder, processes, player.endpoint) as swarm,
         Recorder(swarm.link, plan.folder, plan.recording.names) as recorder,
     ):
-        pace = play(plan, swarm, recorder, display)
+        processes.wait_for(player.wait_until_ready, START_TIMEOUT_S)
+        pace = play(plan, Stage(player, swarm, processes), recorder, display)
         recorder.write_results()
-        account = finished_account(account, plan.recording, swarm.settings, recorder, pace)
+        recorded = {robot.name: len(robot.camera) for robot in plan.recording.robots}
+        account = finished_account(account, recorded, swarm.settings, recorder, pace)
     account.write(plan.folder)
     return account
 
 
-def play(plan: Plan, swarm: Swarm, recorder: Recorder, display: Display) -> PaceAccount:
+@dataclass(frozen=True)
+class Stage:
+    """Everything that runs during a replay."""
+
+    player: Player  # the world
+    swarm: Swarm
+    processes: Processes
+
+
+def play(plan: Plan, stage: Stage, recorder: Recorder, display: Display) -> PaceAccount:
     """Hand out the recording step by step, each when the poses of the one before are out and its time has come."""
     steps = plan.recording.steps()
-    clock = swarm.link.publisher(topics.WORLD_TIME)
+    clock = stage.swarm.link.publisher(topics.WORLD_TIME)
     watch = Stopwatch()
     pace = Pace(plan.rate, clock=watch.read)
     for index, step in enumerate(steps):
         pace.hold(step.stamp_ns)
-        swarm.player.release(step)
+        stage.player.release(step)
         clock.put(WorldTime(stamp_ns=step.stamp_ns, robots=tuple(step.pictures)))
-        swarm.processes.wait_for(partial(recorder.wait_for_poses, step.stamp_ns, step.pictures), STEP_TIMEOUT_S)
+        stage.processes.wait_for(partial(recorder.wait_for_poses, step.stamp_ns, step.pictures), STEP_TIMEOUT_S)
         if index == len(steps) // 2:
             with watch.paused():
                 recorder.write_pictures()
@@ -101,16 +118,3 @@ def new_account(plan: Plan) -> RunAccount:
         versions=versions(),
         warnings=plan.recording.warnings,
     )
-
-
-def finished_account(
-    account: RunAccount, recording: Recording, settings: Mapping[str, Settings], recorder: Recorder, pace: PaceAccount
-) -> RunAccount:
-    """Return the account of a run that is over, with what everybody reports of it."""
-    server, reports = recorder.server_report(), recorder.agent_reports()
-    robots = {
-        name: robot_account(len(camera), recorder.predicted[name], recorder.frame_bytes(name), reports[name], server)
-        for name, camera in ((robot.name, robot.camera) for robot in recording.robots)
-    }
-    configuration = {name: table.model_dump(mode="json", exclude_none=True) for name, table in settings.items()}
-    return account.model_copy(update={"finished": True, "configuration": configuration, "robots": robots, "server": server, "pace": pace})

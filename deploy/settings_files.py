@@ -1,8 +1,11 @@
-"""The settings files of a run: what a person would write by hand for each process, made from a recording and kept in the run's folder."""
+"""The settings files of a run, kept in its folder: what a person would write by hand, made from what is told of the robots."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from types import MappingProxyType
+from typing import Protocol
 
 import tomli_w
 
@@ -12,39 +15,74 @@ from agent.pipeline import Method
 from mapserver.config import MapServerConfig
 from protocol.errors import ConfigError
 from protocol.settings import Settings, parse
-from sim.recording import RecordedRobot, Recording
-from sim.rigs import RIGS_FILE
+from sim.rigs import RIGS_FILE, RobotRig
 
-SITE = "replay"
-MAP_SERVER = "mapserver"  # the process's name: settings and logs of all processes lie side by side
+SITE = "swarm"
+MAP_SERVER, WORLD = "mapserver", "world"  # names of processes: settings and logs of all lie side by side
+PROCESSES = {MAP_SERVER, WORLD}
+NOBODY_MOVES: Mapping[str, object] = MappingProxyType({})
 
 _BODY = {"body_radius_m", "body_height_m", "wheel_base_m", "wheel_radius_m"}
 _START = {"name", "initial_pose", "initial_pose_sigma", "body_radius_m"}
 
 
-def check_robots(recording: Recording) -> None:
+class ToldRobot(Protocol):
+    """What is told of one robot."""
+
+    @property
+    def name(self) -> str:
+        """Its name."""
+        ...
+
+    @property
+    def rig(self) -> RobotRig:
+        """How it is built, and where it starts."""
+        ...
+
+    @property
+    def sensor_file(self) -> Path:
+        """The calibration of its camera."""
+        ...
+
+
+class Team(Protocol):
+    """What is told of all robots: by a recording, or by a simulated world."""
+
+    @property
+    def folder(self) -> Path:
+        """Where it is told."""
+        ...
+
+    @property
+    def robots(self) -> Sequence[ToldRobot]:
+        """One by one."""
+        ...
+
+
+def check_robots(team: Team) -> None:
     """Raise ConfigError, before any process is started, where a robot's name or its camera's calibration cannot be used."""
-    if MAP_SERVER in recording.names:
-        raise ConfigError(f"{recording.folder / RIGS_FILE}: no robot can be named {MAP_SERVER}, as the map server's process is")
-    for robot in recording.robots:
+    for robot in team.robots:
+        if robot.name in PROCESSES:
+            raise ConfigError(f"{team.folder / RIGS_FILE}: no robot can be named {robot.name}, as the {robot.name}'s process is")
         read_calibration(robot.sensor_file)
 
 
-def agent_settings(recording: Recording, robot: RecordedRobot, method: Method, swarm_endpoint: str, world_endpoint: str) -> AgentConfig:
-    """Return the settings of a recorded robot's agent, whose camera and wheels are in the world at `world_endpoint`. Raises ConfigError."""
+def agent_settings(team: Team, robot: ToldRobot, method: Method, swarm_endpoint: str, world_endpoint: str) -> AgentConfig:
+    """Return the settings of a robot's agent, whose camera and wheels are in the world at `world_endpoint`. Raises ConfigError."""
     document = {
         "robot": {"name": robot.name, "site": SITE, "endpoint": swarm_endpoint, "method": method},
         "body": robot.rig.model_dump(include=_BODY),
         "camera": {"endpoint": world_endpoint, "calibration": str(robot.sensor_file.absolute())},
         "wheels": {"endpoint": world_endpoint},
     }
-    return parse(recording.folder / RIGS_FILE, document, AgentConfig)
+    return parse(team.folder / RIGS_FILE, document, AgentConfig)
 
 
-def mapserver_settings(recording: Recording) -> MapServerConfig:
-    """Return the settings of a recorded swarm's map server: a free port, and the recording's clock. Raises ConfigError."""
-    robots = [robot.rig.model_dump(include=_START) for robot in recording.robots]
-    return parse(recording.folder / RIGS_FILE, {"site": SITE, "clock": "world", "robots": robots}, MapServerConfig)
+def mapserver_settings(team: Team, formation: Mapping[str, object] = NOBODY_MOVES) -> MapServerConfig:
+    """Return the settings of a swarm's map server: a free port, the world's clock, and its formation. Raises ConfigError."""
+    robots = [robot.rig.model_dump(include=_START) for robot in team.robots]
+    document = {"site": SITE, "clock": "world", "robots": robots, "formation": dict(formation)}
+    return parse(team.folder / RIGS_FILE, document, MapServerConfig)
 
 
 def write_settings(folder: Path, process: str, settings: Settings) -> Path:

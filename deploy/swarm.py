@@ -1,4 +1,4 @@
-"""A whole swarm on this machine: the world that plays a recording, the map server, and an agent for each robot."""
+"""A whole swarm on this machine: the map server, and an agent for each robot, in a world that is there already."""
 
 from __future__ import annotations
 
@@ -9,13 +9,11 @@ from pathlib import Path
 
 from agent.pipeline import Method
 from deploy.launch import Processes
-from deploy.settings_files import MAP_SERVER, SITE, agent_settings, check_robots, mapserver_settings, write_settings
+from deploy.settings_files import MAP_SERVER, NOBODY_MOVES, SITE, Team, agent_settings, mapserver_settings, write_settings
 from protocol import topics
 from protocol.bus import Bus
 from protocol.errors import LinkError
 from protocol.settings import Settings
-from sim.player import Player
-from sim.recording import Recording
 
 START_TIMEOUT_S = 60.0
 _READY = "ready "
@@ -25,35 +23,35 @@ _READY = "ready "
 class Swarm:
     """A running swarm, as the process that started it sees it."""
 
-    player: Player  # the world
     link: Bus  # this process's session on the swarm's bus
-    processes: Processes
+    endpoint: str
     settings: Mapping[str, Settings]  # by process
 
 
 @contextmanager
-def running_swarm(recording: Recording, method: Method, folder: Path) -> Iterator[Swarm]:
-    """Start everything, yield when every robot is ready for its first frame, and end everything.
+def running_swarm(
+    team: Team, method: Method, folder: Path, processes: Processes, world: str, formation: Mapping[str, object] = NOBODY_MOVES
+) -> Iterator[Swarm]:
+    """Start map server and agents among `processes`, and yield when every agent is there; whoever owns the processes ends them.
 
-    Settings and logs go to `folder`/config and `folder`/logs. Raises OmmatidiaError where a process cannot start.
+    `world` is the endpoint of the robots' cameras and wheels. Settings go to `folder`/config. Raises OmmatidiaError where one cannot start.
     """
-    check_robots(recording)
-    with Player.open(recording, SITE) as player, Processes(folder / "logs") as processes:
-        server = mapserver_settings(recording)
-        endpoint = _start_map_server(processes, write_settings(folder / "config", MAP_SERVER, server))
-        with Bus.open_client(SITE, endpoint) as link:
-            agents = {robot.name: agent_settings(recording, robot, method, endpoint, player.endpoint) for robot in recording.robots}
-            for name, settings in agents.items():
-                processes.start(name, "-m", "agent", "--config", str(write_settings(folder / "config", name, settings)))
-            alive = link.presence(topics.AGENT_ALIVE)
-            processes.wait_for(lambda timeout_s: alive.wait_for(recording.names, timeout_s), START_TIMEOUT_S)
-            processes.wait_for(player.wait_until_ready, START_TIMEOUT_S)
-            yield Swarm(player, link, processes, {MAP_SERVER: server, **agents})
+    server = mapserver_settings(team, formation)
+    endpoint = start_and_read_endpoint(
+        processes, MAP_SERVER, "mapserver", "--config", str(write_settings(folder / "config", MAP_SERVER, server))
+    )
+    with Bus.open_client(SITE, endpoint) as link:
+        agents = {robot.name: agent_settings(team, robot, method, endpoint, world) for robot in team.robots}
+        for name, settings in agents.items():
+            processes.start(name, "-m", "agent", "--config", str(write_settings(folder / "config", name, settings)))
+        alive = link.presence(topics.AGENT_ALIVE)
+        processes.wait_for(lambda timeout_s: alive.wait_for(agents, timeout_s), START_TIMEOUT_S)
+        yield Swarm(link, endpoint, {MAP_SERVER: server, **agents})
 
 
-def _start_map_server(processes: Processes, settings: Path) -> str:
-    """Start the map server, and return the endpoint that it says it is ready at."""
-    line = processes.start_and_read_line(MAP_SERVER, "-m", "mapserver", "--config", str(settings), timeout_s=START_TIMEOUT_S)
+def start_and_read_endpoint(processes: Processes, name: str, module: str, *arguments: str) -> str:
+    """Start `python -m MODULE ARGUMENTS` under a name, and return the endpoint at which it says it is ready."""
+    line = processes.start_and_read_line(name, "-m", module, *arguments, timeout_s=START_TIMEOUT_S)
     if not line.startswith(_READY):
-        raise LinkError(f"{MAP_SERVER} said {line!r} instead of where it is ready")
+        raise LinkError(f"{name} said {line!r} instead of where it is ready")
     return line.removeprefix(_READY).strip()

@@ -7,6 +7,8 @@ paths           live, smoothed (null where the run has none), each
     robots      by name: poses_matched, poses_expected, {x, y, distance}_{mean, max}_cm, heading_{mean, max}_deg, aligned_rmse_cm
     mean        the same keys: means of the robots' means, the largest of their maxima, poses summed up
 distances       between found obstacles (null for fewer than two): pairs, {x, y}_{mean, max}_cm
+formation       null where nobody had a slot: {steady, avoiding}_{rms_cm, s}, worst_cm, restored_s (a list: each time it opened again),
+                phases (one after the other)
 map
     asked, found, recall, precision
     invented    map obstacles that show nothing that stands there; of these
@@ -23,6 +25,7 @@ from __future__ import annotations
 import math
 
 from deploy.evaluation.evaluate import Evaluation, TeamPaths
+from deploy.evaluation.formation_metrics import FormationScore
 from deploy.evaluation.map_metrics import DistanceErrors, InventedObject, MapScore, ObstacleScore
 from deploy.evaluation.path_metrics import PathScore
 
@@ -43,6 +46,7 @@ def document(evaluation: Evaluation) -> Document:
             "smoothed": _team(evaluation.smoothed) if evaluation.smoothed else None,
         },
         "distances": _distances(evaluation.distances) if evaluation.distances else None,
+        "formation": _formation(evaluation.formation) if evaluation.formation else None,
         "map": _map(evaluation.map),
     }
 
@@ -74,6 +78,18 @@ def _distances(errors: DistanceErrors) -> Document:
         "x_max_cm": _cm(errors.x_max_m),
         "y_mean_cm": _cm(errors.y_mean_m),
         "y_max_cm": _cm(errors.y_max_m),
+    }
+
+
+def _formation(score: FormationScore) -> Document:
+    return {
+        "steady_rms_cm": _cm(score.steady_rms_m),
+        "steady_s": _number(score.steady_s),
+        "avoiding_rms_cm": _cm(score.avoiding_rms_m),
+        "avoiding_s": _number(score.avoiding_s),
+        "worst_cm": _cm(score.worst_m),
+        "restored_s": [_number(seconds) for seconds in score.restored_s],
+        "phases": list(score.phases),
     }
 
 

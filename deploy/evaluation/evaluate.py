@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
+from deploy.evaluation.formation_metrics import FormationScore, read_slots, score_formation
 from deploy.evaluation.map_metrics import DistanceErrors, MapScore, distance_errors, score_map
 from deploy.evaluation.path_metrics import MatchedPath, PathScore, match_path, mean_score, score_path
 from deploy.evaluation.run_folder import RunFolder, read_run_folder
@@ -33,6 +34,7 @@ class Evaluation:
     smoothed: TeamPaths | None
     map: MapScore
     distances: DistanceErrors | None  # between found obstacles; None for fewer than two
+    formation: FormationScore | None  # None where nobody had a slot to hold
 
 
 def evaluate(run_dir: Path, recording_dir: Path, label: str | None = None) -> Evaluation:
@@ -54,6 +56,7 @@ def evaluate(run_dir: Path, recording_dir: Path, label: str | None = None) -> Ev
         smoothed=_score_team(run.smoothed, truth) if run.smoothed else None,
         map=map_score,
         distances=distance_errors(map_score),
+        formation=score_formation(read_slots(run_dir), truth.trajectories),
     )
 
 

@@ -11,6 +11,7 @@ from rich.text import Text
 
 from deploy.evaluation import paper
 from deploy.evaluation.evaluate import Evaluation, TeamPaths
+from deploy.evaluation.formation_metrics import FormationScore
 from deploy.evaluation.map_metrics import MapScore, ObstacleScore
 from deploy.evaluation.path_metrics import PathScore
 
@@ -20,6 +21,7 @@ NOTHING = "-"
 def tables(evaluation: Evaluation) -> list[Table]:
     """Return all tables of an evaluation, in the order in which a person reads them."""
     smoothed = [robots_table(evaluation.smoothed, "Paths, smoothed after all data were in")] if evaluation.smoothed else []
+    formation = [formation_table(evaluation.formation)] if evaluation.formation else []
     return [
         dynamic_table(evaluation),
         robots_table(evaluation.live, "Paths, live"),
@@ -27,6 +29,7 @@ def tables(evaluation: Evaluation) -> list[Table]:
         static_table(evaluation),
         obstacles_table(evaluation.map),
         map_table(evaluation.map),
+        *formation,
     ]
 
 
@@ -89,6 +92,17 @@ def map_table(score: MapScore) -> Table:
     table.add_row("  carried away, but still drawn", str(score.count("carried away")))
     table.add_row("centre error, median and worst [cm]", f"{_cm(score.centre_error_m.median, 1)}  {_cm(score.centre_error_m.worst, 1)}")
     table.add_row("IoU, median and worst", f"{_plain(score.iou.median, 2)}  {_plain(score.iou.worst, 2)}")
+    return table
+
+
+def formation_table(score: FormationScore) -> Table:
+    """Return how well the followers held their slots."""
+    table = _table("Formation, by the true poses", ["measure"], ["value"])
+    table.add_row("distance from the slots, steady, RMS [cm]", _cm(score.steady_rms_m, 2))
+    table.add_row("distance from the slots, avoiding, RMS [cm]", _cm(score.avoiding_rms_m, 2))
+    table.add_row("worst of a follower [cm]", _cm(score.worst_m, 2))
+    table.add_row("time steady, and avoiding [s]", f"{score.steady_s:.1f}  {score.avoiding_s:.1f}")
+    table.add_row("open again after [s]", "  ".join(f"{seconds:.1f}" for seconds in score.restored_s) or NOTHING)
     return table
 
 

@@ -13,6 +13,7 @@ AGENT = AgentStatus(
     robot="r1",
     epoch=3,
     state="mapping",
+    drive="standing",
     frames={"received": 10, "used": 8, "dropped": 2},
     reasons={"picture: missing": 2},
     bytes_sent=5000,

@@ -77,7 +77,8 @@ def test_the_document_has_the_keys_that_it_promises(tmp_path: Path) -> None:
     run, recording = perfect_run(tmp_path)
     report(run, recording)
     content = json.loads((run / "evaluation.json").read_text(encoding="utf-8"))
-    assert list(content) == ["version", "label", "run", "recording", "paths", "distances", "map"]
+    assert list(content) == ["version", "label", "run", "recording", "paths", "distances", "formation", "map"]
+    assert content["formation"] is None
     assert content["paths"]["live"]["mean"]["distance_mean_cm"] == 0.0
     assert content["distances"]["pairs"] == 1
     assert (content["map"]["asked"], content["map"]["found"], content["map"]["invented"]) == (2, 2, 0)

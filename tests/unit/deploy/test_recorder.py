@@ -71,7 +71,9 @@ class Answers:
             for server in self._server.take():
                 server.reply(ServerStatus(received={"r1": 1}, lost={"r1": 2}, refused={}, bytes_received=3, stages={}))
             for agent in self._agent.take():
-                agent.reply(AgentStatus(robot="r1", epoch=1, state="mapping", frames={}, reasons={}, bytes_sent=4, stages={}))
+                agent.reply(
+                    AgentStatus(robot="r1", epoch=1, state="mapping", drive="standing", frames={}, reasons={}, bytes_sent=4, stages={})
+                )
             for debug in self._debug.take():
                 view = debug.parameters["view"]
                 debug.reply(DebugPicture(robot="r1", stamp_ns=STAMP_NS, name=view, png=view.encode()))
