@@ -1,0 +1,1 @@
+"""Long runs: the swarm in many random arenas. `python -m tests.soak`."""
