@@ -8,12 +8,12 @@ PIP := $(BIN)/python -m pip --quiet --quiet --disable-pip-version-check --no-inp
 # $(call timed,COMMANDS): run them, then say how long they took; keep their exit code.
 timed = @start=$$(date +%s); ($(1)); code=$$?; echo "make $@: $$(($$(date +%s) - start)) s"; exit $$code
 
-.PHONY: help demo test test-slow check bench bounds lock
+.PHONY: help demo test test-slow check bench bounds soak lock
 
 help: ## list the targets
 	@sed -n 's/^\([a-z-]*\):.*## /\1\t/p' Makefile | expand -t 12
 
-demo: .venv/installed ## replay the recording that ships here through real processes; prints a table and the path of the map
+demo: .venv/installed ## a simulated swarm drives through a random arena and maps it; prints a table and the path of the map
 	$(call timed,$(BIN)/ommatidia demo)
 
 test: .venv/installed ## run all tests but the slow ones
@@ -30,6 +30,9 @@ bench: .venv/installed ## measure milliseconds per stage and bytes per frame
 
 bounds: .venv/installed ## measure every promised figure; fails where one is missed
 	$(call timed,$(BIN)/python -m tests.bounds)
+
+soak: .venv/installed ## drive the swarm through 25 random arenas (about an hour); prints a table; fails where a bound is missed
+	$(call timed,$(BIN)/python -m tests.soak)
 
 lock: ## pin all dependencies anew into requirements.lock
 	@echo "locking with $(LOCK_TOOL)"
