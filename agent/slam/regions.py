@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,7 +24,15 @@ SETTLED_SIGMA = 0.05  # a slope known to this tells the height to 2.5 cm for a c
 FLAT_SLOPE = 0.02  # a height of a fiftieth of the camera's: less is paint, shadow or light
 FLAT_CORNERS = 5
 NEAR_SHARE = 0.25  # of a region's depth: corners this near to its near border belong to that
+LEAST_BASE_SHARE = 0.6  # of the border's range, at which its base may lie: the border is then at 0.4 camera heights
 AFLOAT_SLOPE = -0.1  # corners with a slope below this stand a tenth of the camera's height above the floor, and more
+
+
+class Rig(NamedTuple):
+    """What of the camera and the body tells where things can stand."""
+
+    camera_height_m: float
+    body_range_m: float  # nothing stands nearer
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,7 +51,7 @@ def describe(borders: Borders, labels: NDArray[np.int32], tracks: Tracks, view: 
     """Return the regions of a frame, in the order of their borders, given their labels, (regions,), and the corners followed on them."""
     slope, sigma = tracks.slopes()
     moving, settled = tracks.moving(), tracks.settled(SETTLED_SIGMA)
-    eye = projection.body_from_camera[:2, 3]
+    eye, rig = projection.body_from_camera[:2, 3], Rig(projection.camera_height_m, view.body_range_m)
     appearance = projection.floor_from_pixels(view.camera_pixels(tracks.pixels)) - eye
     described: list[SeenRegion] = []
     for outline, label in zip(floor_outlines(borders, view), labels, strict=True):
@@ -56,23 +64,23 @@ def describe(borders: Borders, labels: NDArray[np.int32], tracks: Tracks, view: 
             described.append(SeenRegion(int(label), outline, centre_of_polygon(outline), motion, 0.0, flat=True))
         else:
             corners = Corners(appearance[telling], slope[telling])
-            described += _standing(int(label), outline, corners, eye, projection.camera_height_m)
+            described += _standing(int(label), outline, corners, eye, rig)
     return described
 
 
-def _standing(label: int, outline: Array, corners: Corners, eye: Array, camera_height_m: float) -> list[SeenRegion]:
+def _standing(label: int, outline: Array, corners: Corners, eye: Array, rig: Rig) -> list[SeenRegion]:
     """Return the one or two things, one behind the other, that a static outline shows, given its corners of known height."""
-    parted = split(corners, camera_height_m)
+    parted = split(corners, rig.camera_height_m)
     if parted is None:
-        return [_static(label, outline, corners, eye, camera_height_m)]
+        return [_static(label, outline, corners, eye, rig)]
     front, behind = cut(outline, eye, parted.range_m)
     parts = [(label, front, corners.select(~parted.behind)), (2 * LAST_LABEL + 1 - label, behind, corners.select(parted.behind))]
-    return [_static(name, convex_hull(part), own, eye, camera_height_m) for name, part, own in parts if len(part) >= 3]
+    return [_static(name, convex_hull(part), own, eye, rig) for name, part, own in parts if len(part) >= 3]
 
 
-def _static(label: int, outline: Array, corners: Corners, eye: Array, camera_height_m: float) -> SeenRegion:
-    whole = _down_to_floor(outline, eye, corners)
-    return SeenRegion(label, whole, centre_of_polygon(whole), "static", _height(corners.slopes, camera_height_m), flat=False)
+def _static(label: int, outline: Array, corners: Corners, eye: Array, rig: Rig) -> SeenRegion:
+    whole = _down_to_floor(outline, eye, corners, rig.body_range_m)
+    return SeenRegion(label, whole, centre_of_polygon(whole), "static", _height(corners.slopes, rig.camera_height_m), flat=False)
 
 
 def _motion(moving: int, static: int) -> Literal["static", "moving", "unknown"]:
@@ -94,16 +102,19 @@ def _flat(slopes: Array, sigmas: Array) -> bool:
     return int(sure.sum()) >= FLAT_CORNERS and bool(np.quantile(np.abs(slopes[sure]), 0.9) < FLAT_SLOPE)
 
 
-def _down_to_floor(outline: Array, eye: Array, corners: Corners) -> Array:
+def _down_to_floor(outline: Array, eye: Array, corners: Corners, least_range_m: float) -> Array:
     """Return the outline, (n, 2) [m; body], of the whole thing where only its upper part was told from the floor.
 
     If all corners, some of them at its near border, surely stand above the floor, so does the border, and the base is nearer to the eye,
-    (2,), by the stretch of those at the border.
+    (2,), by the stretch of those at the border. A base that would lie much nearer, or under the own body, is not believed.
     """
     reach = np.hypot(*(outline - eye).T)
     near, far = float(reach.min()), float(reach.max())
     border = corners.slopes[np.hypot(*corners.appearances_m.T) < near + NEAR_SHARE * (far - near)]
     if not len(border) or len(corners.slopes) < SURE_CORNERS or corners.slopes.max() > AFLOAT_SLOPE:
         return outline
-    base = eye + (outline - eye) / (1.0 - float(median(border)))
+    share = 1.0 / (1.0 - float(median(border)))
+    if share < LEAST_BASE_SHARE or share * near < least_range_m:
+        return outline
+    base = eye + (outline - eye) * share
     return convex_hull(np.concatenate([outline, base]))

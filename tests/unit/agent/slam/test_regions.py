@@ -74,6 +74,12 @@ def test_a_region_that_shows_the_top_only_is_brought_down_to_the_floor() -> None
     assert region.height_m == pytest.approx(0.1)
 
 
+def test_a_base_that_would_lie_much_nearer_than_what_is_seen_is_not_believed() -> None:
+    top = upright(box(0.7, 0.8, 0.1), 0.3)[4:]
+    (region,) = described(seen(top), watched(top, LABEL))
+    assert np.hypot(*region.outline_m.T).min() > 1.5
+
+
 def test_a_top_only_region_with_corners_on_the_floor_stays_as_it_is() -> None:
     top = CRATE[4:]
     grounded = np.concatenate([top, [(1.05, 0.0, 0.0)]])
