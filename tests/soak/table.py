@@ -9,6 +9,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 from rich.box import MARKDOWN, SIMPLE_HEAD
 from rich.table import Table
+from rich.text import Text
 
 from tests.soak.arenas import ArenaResult
 
@@ -64,7 +65,7 @@ def results_table(results: Sequence[ArenaResult], markdown: bool) -> Table:
     """Return a row for every arena."""
     table = Table(box=MARKDOWN if markdown else SIMPLE_HEAD, title=None if markdown else "Arenas", title_justify="left", pad_edge=markdown)
     for column in ("seed", "robots", "goal", "time [s]", "collisions", "path", "steady", "avoiding", "restored [s]", "recall", "invented"):
-        table.add_column(column, justify="right")
+        table.add_column(Text(column), justify="right")
     for result in results:
         table.add_row(
             str(result.seed),
@@ -84,10 +85,10 @@ def promises_table(results: Sequence[ArenaResult], markdown: bool) -> Table:
     """Return what was promised over all arenas, and whether it holds."""
     table = Table(box=MARKDOWN if markdown else SIMPLE_HEAD, title=None if markdown else "Bounds", title_justify="left", pad_edge=markdown)
     for column in ("what", "figure", "bound", ""):
-        table.add_column(column, justify="left" if column == "what" else "right")
+        table.add_column(Text(column), justify="left" if column == "what" else "right")
     for promise in PROMISES:
         bound = f"{promise.sign} {promise.bound:g}"
-        table.add_row(promise.what, _plain(promise.figure(results), 2), bound, "holds" if promise.holds(results) else "FAILED")
+        table.add_row(Text(promise.what), _plain(promise.figure(results), 2), bound, "holds" if promise.holds(results) else "FAILED")
     return table
 
 
