@@ -9,7 +9,7 @@ from pydantic import Field
 
 from agent.control.limits import DriveLimits
 from agent.rig import Body
-from protocol.messages import Name
+from protocol.fields import Name
 from protocol.settings import Settings, load_toml
 
 Endpoint = Annotated[str, Field(pattern=r"^(tcp|tls)/[^/\s]+:\d{1,5}$")]  # such as tcp/192.168.1.20:7447

@@ -9,7 +9,8 @@ from typing import Annotated, Literal, TypeVar
 from pydantic import Field, FiniteFloat
 
 from protocol.codec import decode, encode
-from protocol.messages import Count, Message, StampNs, WheelCommand, WheelReadings
+from protocol.fields import Count, Message, StampNs
+from protocol.messages import WheelCommand, WheelReadings
 
 M = TypeVar("M", bound=Message)
 

@@ -12,8 +12,9 @@ from agent.slam.ego_motion import Motion
 from agent.slam.regions import SeenRegion
 from agent.vision.motion_vectors import MotionVectors as Vectors
 from agent.vision.robot_fit import RobotFit
+from protocol.fields import Packed, covariance_tuple, pose_tuple
 from protocol.geometry import Array
-from protocol.messages import Identity, LocalMap, MotionVectors, Packed, Region, Sighting, covariance_tuple, pose_tuple
+from protocol.messages import Identity, LocalMap, MotionVectors, Region, Sighting
 
 MOST_OUTLINE_POINTS = 500  # of all regions together, so that a local map and its vectors stay under 4 kB
 FINEST_M, COARSER = 0.002, 1.6  # outlines are simplified to this tolerance, and further in such steps where they are too long

@@ -17,7 +17,8 @@ from protocol import topics
 from protocol.bus import Bus
 from protocol.codec import encode
 from protocol.errors import LinkError
-from protocol.messages import AgentStatus, LocalMap, Message, MotionVectors, PoseTuple, RobotPose, ServerStatus, Trajectory
+from protocol.fields import Message, PoseTuple
+from protocol.messages import AgentStatus, LocalMap, MotionVectors, RobotPose, ServerStatus, Trajectory
 
 ANSWER_TIMEOUT_S = 30.0  # the smoothed paths are computed when they are asked for
 

@@ -14,8 +14,8 @@ from mapserver.formation.shapes import Kind, Shape, closest_pair_m, follower_off
 from mapserver.formation.task import Task
 from mapserver.mapping.pose_graph import Start
 from protocol.errors import GeometryError
+from protocol.fields import Name
 from protocol.geometry import Pose2
-from protocol.messages import Name
 from protocol.settings import Settings, load_toml
 
 MAX_ROBOTS = 64  # a local map has room for as many sightings

@@ -8,8 +8,9 @@ from mapserver.formation.controller import FormationController, Orders
 from mapserver.formation.task import Moment
 from mapserver.formation.trail import Reference
 from mapserver.pipeline import MapPipeline
+from protocol.fields import pose_tuple
 from protocol.geometry import Pose2
-from protocol.messages import FormationState, Poses, Setpoint, Setpoints, Slot, pose_tuple
+from protocol.messages import FormationState, Poses, Setpoint, Setpoints, Slot
 
 SILENCE_NS = 1_000_000_000  # a robot whose pose was not measured for so long is lost
 VALIDITY_NS = 500_000_000

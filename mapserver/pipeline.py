@@ -16,20 +16,9 @@ from mapserver.mapping.movers import MoverWatch
 from mapserver.mapping.overlay import Overlay
 from mapserver.mapping.pose_graph import PoseGraph
 from mapserver.mapping.things import ThingTracker
+from protocol.fields import Packed, covariance_tuple, pose_tuple
 from protocol.geometry import Array, Pose2
-from protocol.messages import (
-    LocalMap,
-    MapObject,
-    MapTile,
-    MapUpdate,
-    Packed,
-    Poses,
-    RobotPose,
-    Trajectories,
-    Trajectory,
-    covariance_tuple,
-    pose_tuple,
-)
+from protocol.messages import LocalMap, MapObject, MapTile, MapUpdate, Poses, RobotPose, Trajectories, Trajectory
 from protocol.stage_clock import StageClock
 
 

@@ -10,8 +10,8 @@ from typing import Generic, TypeVar
 
 from protocol.codec import decode
 from protocol.errors import DecodeError
+from protocol.fields import Message
 from protocol.inbox import Refusals, Wake
-from protocol.messages import Message
 from protocol.topics import Query
 
 M = TypeVar("M", bound=Message)

@@ -20,8 +20,8 @@ from zenoh.handlers import Callback
 from protocol.answers import Answers
 from protocol.codec import decode, encode
 from protocol.errors import DecodeError, LinkError
+from protocol.fields import Message
 from protocol.inbox import Inbox, PendingQuery, Presence, QueryInbox, Refusals
-from protocol.messages import Message
 from protocol.news import News
 from protocol.topics import MB, Query, Token, Topic
 

@@ -13,7 +13,8 @@ import msgpack
 from pydantic import ValidationError
 
 from protocol.errors import DecodeError
-from protocol.messages import PROTOCOL_VERSION, Message, Packed
+from protocol.fields import Message, Packed
+from protocol.messages import PROTOCOL_VERSION
 
 M = TypeVar("M", bound=Message)
 

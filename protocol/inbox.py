@@ -17,7 +17,7 @@ from typing import Generic, NamedTuple, Protocol, TypeVar
 
 from protocol.codec import decode
 from protocol.errors import DecodeError, LinkError
-from protocol.messages import Message
+from protocol.fields import Message
 from protocol.topics import MB, Token, Topic
 
 M = TypeVar("M", bound=Message)

@@ -9,6 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Generic, Literal, TypeVar
 
+from protocol.fields import Message
 from protocol.keys import Key
 from protocol.messages import (
     Acknowledgement,
@@ -19,7 +20,6 @@ from protocol.messages import (
     Frame,
     LocalMap,
     MapUpdate,
-    Message,
     MotionVectors,
     Poses,
     ServerStatus,

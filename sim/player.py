@@ -7,7 +7,8 @@ from typing import Self
 
 from protocol import topics
 from protocol.bus import Bus
-from protocol.messages import Frame, Packed, WheelReadings
+from protocol.fields import Packed
+from protocol.messages import Frame, WheelReadings
 from sim.recording import Recording, Step, WheelRows
 
 

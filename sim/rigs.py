@@ -10,7 +10,7 @@ import yaml
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from protocol.errors import RecordingError
-from protocol.messages import Name, PoseTuple
+from protocol.fields import Name, PoseTuple
 from sim.tables import read_text
 
 RIGS_FILE = "robots.yaml"

@@ -9,7 +9,8 @@ from typing import Literal, NamedTuple
 
 from protocol import topics
 from protocol.bus import Bus
-from protocol.messages import BodyTruth, Frame, Packed, WheelCommand, WheelReadings, WorldTime, WorldTruth, pose_tuple
+from protocol.fields import Packed, pose_tuple
+from protocol.messages import BodyTruth, Frame, WheelCommand, WheelReadings, WorldTime, WorldTruth
 from sim.world.cameras import Picture
 from sim.world.world import EncoderRows, Moment
 

@@ -10,7 +10,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, FiniteFloat, model_validator
 
-from protocol.messages import Count, Name, StampNs
+from protocol.fields import Count, Name, StampNs
 from protocol.settings import Settings, load_toml
 from sim.scenario_robots import FaultTable, RobotTable
 from sim.world.scene import FloorKind, Material

@@ -7,7 +7,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, FiniteFloat, model_validator
 
-from protocol.messages import Name
+from protocol.fields import Name
 from protocol.settings import Settings
 
 Length = Annotated[float, Field(gt=0.0, le=5.0, allow_inf_nan=False)]

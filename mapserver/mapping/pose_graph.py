@@ -18,8 +18,9 @@ from numpy.typing import NDArray
 from mapserver.mapping.belief import Belief, Twist, extrapolate
 from mapserver.mapping.covariance import made_definite
 from mapserver.mapping.sighting_noise import SightingLedger
+from protocol.fields import covariance_matrix
 from protocol.geometry import Array, Pose2
-from protocol.messages import LocalMap, Sighting, covariance_matrix
+from protocol.messages import LocalMap, Sighting
 
 START_SIGMA = 1e-4  # [m or rad]: what a configured sigma of 0 means
 LEAST_MOTION_VARIANCE = np.array([2.5e-9, 2.5e-9, 2.5e-9])  # 0.05 mm and 0.05 mrad a frame

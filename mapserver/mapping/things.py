@@ -20,8 +20,9 @@ from mapserver.mapping.belief import Belief
 from mapserver.mapping.bodies import Body
 from mapserver.mapping.prism import Footprint, SeenHeight, Silhouette, footprint, height_of, silhouette_stretch, silhouettes_of
 from mapserver.mapping.view import StandingRegion, View, lay
+from protocol.fields import Packed
 from protocol.geometry import Array, Pose2
-from protocol.messages import LocalMap, MapObject, Packed
+from protocol.messages import LocalMap, MapObject
 
 MATCH_M = 0.06  # a region whose base line begins this near to a thing may show it
 DIRECTION_BINS, VIEWS_PER_BIN = 18, 3  # views kept: the best from each side

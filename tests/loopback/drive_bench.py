@@ -16,12 +16,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from protocol.bus import Bus
+from protocol.fields import Packed, pose_tuple
 from protocol.geometry import Pose2
 from protocol.messages import (
     AgentStatus,
     ClockReading,
     Frame,
-    Packed,
     Poses,
     RobotPose,
     Setpoint,
@@ -30,7 +30,6 @@ from protocol.messages import (
     WheelCommand,
     WheelReadings,
     WorldTime,
-    pose_tuple,
 )
 from protocol.topics import (
     AGENT_ALIVE,

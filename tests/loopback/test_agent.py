@@ -19,8 +19,9 @@ from numpy.typing import NDArray
 from agent.drivers.bus_camera import MISSING, UNDECODABLE, WRONG_SIZE
 from agent.service import NOT_GROWING
 from protocol.bus import Bus
+from protocol.fields import Message, Packed
 from protocol.inbox import Inbox, Presence
-from protocol.messages import Frame, LocalMap, Message, MotionVectors, Packed, WheelCommand, WheelReadings
+from protocol.messages import Frame, LocalMap, MotionVectors, WheelCommand, WheelReadings
 from protocol.topics import (
     AGENT_ALIVE,
     AGENT_DEBUG,

@@ -23,8 +23,9 @@ from protocol import topics
 from protocol.bus import Bus
 from protocol.codec import encode
 from protocol.errors import ConfigError, LinkError
+from protocol.fields import Message
 from protocol.inbox import Inbox, PendingQuery, QueryInbox
-from protocol.messages import AgentStatus, ClockReading, Frame, MapTile, MapUpdate, Message, WorldTime
+from protocol.messages import AgentStatus, ClockReading, Frame, MapTile, MapUpdate, WorldTime
 from protocol.news import News
 from tests.unit.protocol.examples import local_map
 

@@ -14,8 +14,9 @@ from agent.driver_seat import BLIND_S, POSES_LIMIT_S, DriverSeat
 from agent.guard_pipe import DriveOrder
 from agent.rig import Body
 from agent.wheel_history import WheelHistory
+from protocol.fields import pose_tuple
 from protocol.geometry import Pose2
-from protocol.messages import Poses, RobotPose, pose_tuple
+from protocol.messages import Poses, RobotPose
 from tests.unit.agent.control.broadcasts import MS, broadcast
 from tests.unit.agent.control.local_maps import box, local_map, region
 

@@ -13,7 +13,8 @@ from agent.control.twist import within_wheel_speed
 from agent.guard import CYCLE_S, HEARTBEAT_LIMIT_S, Guard
 from agent.guard_pipe import DriveOrder, GuardReport, Instruction, LatchOrder, Pipe
 from protocol.errors import DecodeError, DriverError
-from protocol.messages import Packed, WheelCommand, WheelReadings
+from protocol.fields import Packed
+from protocol.messages import WheelCommand, WheelReadings
 
 STOP = WheelCommand(left_rad_s=0.0, right_rad_s=0.0)
 MAX_WHEEL_RAD_S = 12.0

@@ -12,7 +12,8 @@ from pydantic import ValidationError
 
 from agent.guard_pipe import DriveOrder, GuardReport, Instruction, Latch, LatchOrder, Pipe
 from protocol.errors import DecodeError
-from protocol.messages import Packed, WheelCommand, WheelReadings
+from protocol.fields import Packed
+from protocol.messages import WheelCommand, WheelReadings
 
 
 @pytest.fixture

@@ -13,7 +13,8 @@ import pytest
 from agent.guard_pipe import DriveOrder, GuardReport, Instruction, Latch, LatchOrder, Pipe
 from agent.guard_process import GuardProcess
 from protocol.errors import DriverError
-from protocol.messages import Packed, WheelCommand, WheelReadings
+from protocol.fields import Packed
+from protocol.messages import WheelCommand, WheelReadings
 from protocol.stopping import Stopped
 
 TURNING = WheelCommand(left_rad_s=1.0, right_rad_s=2.0, answers_ns=7)

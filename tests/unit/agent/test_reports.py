@@ -14,8 +14,9 @@ from agent.vision.motion_vectors import MotionVectors, no_vectors
 from agent.vision.outlines import MOST_REGIONS, signed_area
 from agent.vision.robot_fit import RobotFit
 from protocol.codec import encode
+from protocol.fields import covariance_matrix
 from protocol.geometry import Array, Pose2
-from protocol.messages import LocalMap, covariance_matrix
+from protocol.messages import LocalMap
 from protocol.topics import MOTION_VECTORS
 from tests.unit.agent.floor_worlds import box, disc
 

@@ -22,9 +22,10 @@ from agent.steering import Steering
 from agent.view import View
 from agent.wheel_history import NOT_GROWING as WHEELS_NOT_GROWING
 from protocol.bus import Bus
+from protocol.fields import Message, Packed
 from protocol.geometry import Array
 from protocol.inbox import Inbox
-from protocol.messages import LocalMap, Message, MotionVectors, Packed, WheelReadings
+from protocol.messages import LocalMap, MotionVectors, WheelReadings
 from protocol.topics import AGENT_ALIVE, AGENT_DEBUG, AGENT_REPORT, AGENT_STATUS, LOCAL_MAP, MOTION_VECTORS, Query, Topic
 
 M = TypeVar("M", bound=Message)

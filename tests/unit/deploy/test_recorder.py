@@ -15,18 +15,8 @@ from deploy.recorder import Recorder, tum_line
 from protocol import topics
 from protocol.bus import Bus
 from protocol.errors import LinkError
-from protocol.messages import (
-    AgentStatus,
-    DebugPicture,
-    MapObject,
-    MapUpdate,
-    Packed,
-    Poses,
-    RobotPose,
-    ServerStatus,
-    Trajectories,
-    Trajectory,
-)
+from protocol.fields import Packed
+from protocol.messages import AgentStatus, DebugPicture, MapObject, MapUpdate, Poses, RobotPose, ServerStatus, Trajectories, Trajectory
 
 DEADLINE_S = 10.0
 STAMP_NS = 1_412_172_400_800_000_001

@@ -14,7 +14,8 @@ import yaml
 from mapserver.export import PIXELS, geojson, grid_picture, map_yaml, pgm, write_geojson, write_grid
 from mapserver.mapping.grid import FREE, OCCUPIED, TILE_CELLS, UNKNOWN
 from protocol.errors import DecodeError
-from protocol.messages import MapObject, MapTile, MapUpdate, Packed
+from protocol.fields import Packed
+from protocol.messages import MapObject, MapTile, MapUpdate
 from tests.unit.mapserver.worlds import rectangle
 
 BOX = MapObject(

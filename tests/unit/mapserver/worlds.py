@@ -12,8 +12,9 @@ import numpy as np
 from mapserver.batching import Batch
 from mapserver.config import RobotSettings
 from mapserver.mapping.pose_graph import Start
+from protocol.fields import Packed, covariance_tuple, pose_tuple
 from protocol.geometry import Array, Pose2
-from protocol.messages import Identity, LocalMap, Packed, Region, Sighting, covariance_tuple, pose_tuple
+from protocol.messages import Identity, LocalMap, Region, Sighting
 
 CAMERA_HEIGHT_M = 0.5
 BODY_RADIUS_M = 0.075

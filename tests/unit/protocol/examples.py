@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from protocol.messages import Identity, LocalMap, MotionVectors, Packed, Region, Sighting
+from protocol.fields import Packed
+from protocol.messages import Identity, LocalMap, MotionVectors, Region, Sighting
 
 STAMP_NS = 1_700_000_000_123_456_789
 

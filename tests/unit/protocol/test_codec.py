@@ -16,6 +16,7 @@ from hypothesis.extra import numpy as npst
 from protocol import topics
 from protocol.codec import decode, encode
 from protocol.errors import DecodeError
+from protocol.fields import Message, Packed
 from protocol.messages import (
     PROTOCOL_VERSION,
     Acknowledgement,
@@ -30,9 +31,7 @@ from protocol.messages import (
     MapObject,
     MapTile,
     MapUpdate,
-    Message,
     MotionVectors,
-    Packed,
     Poses,
     Region,
     RobotPose,

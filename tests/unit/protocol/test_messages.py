@@ -13,19 +13,9 @@ from hypothesis.extra import numpy as npst
 from pydantic import ValidationError
 
 from protocol.errors import GeometryError
+from protocol.fields import Packed, PoseCovariance, covariance_matrix, covariance_tuple, pose_tuple
 from protocol.geometry import Pose2
-from protocol.messages import (
-    LocalMap,
-    MotionVectors,
-    Packed,
-    PoseCovariance,
-    Region,
-    Trajectory,
-    WheelReadings,
-    covariance_matrix,
-    covariance_tuple,
-    pose_tuple,
-)
+from protocol.messages import LocalMap, MotionVectors, Region, Trajectory, WheelReadings
 from tests.unit.protocol.examples import local_map, motion_vectors, region
 
 arrays_m = npst.arrays(np.float64, st.tuples(st.integers(0, 30), st.just(2)), elements=st.floats(-3.27, 3.27))

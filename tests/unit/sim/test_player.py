@@ -14,8 +14,9 @@ import pytest
 from protocol import topics
 from protocol.bus import Bus
 from protocol.errors import LinkError
+from protocol.fields import Message
 from protocol.inbox import Inbox
-from protocol.messages import Frame, Message, WheelReadings
+from protocol.messages import Frame, WheelReadings
 from sim.player import Player
 from sim.recording import Recording
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from protocol.messages import PoseTuple, Setpoint, Setpoints
+from protocol.fields import PoseTuple
+from protocol.messages import Setpoint, Setpoints
 
 MS = 1_000_000
 VALID_MS = 500

@@ -7,8 +7,9 @@ from typing import Literal
 
 import numpy as np
 
+from protocol.fields import Packed, pose_tuple
 from protocol.geometry import Array, Pose2
-from protocol.messages import Identity, LocalMap, Packed, Region, Sighting, pose_tuple
+from protocol.messages import Identity, LocalMap, Region, Sighting
 
 MS = 1_000_000
 HIDDEN_M = 0.2  # of floor, under a robot of 0.3 m height with its camera at 0.5 m
