@@ -155,8 +155,9 @@ class FormationController:
     def _form_up(self, moment: Moment, goal: Goal, scene: CostMap) -> None:
         """Begin to gather behind the leader that makes least work of it."""
         started: list[Start] = []
-        for leader in self._leaders(moment, goal, scene):
-            start = form_up(moment.poses, leader, goal, self._task.shape, self._body, scene, self._stood_m)
+        from_goal = Reach(scene, np.array(goal), berth_of(self._body))
+        for leader in self._leaders(moment, from_goal):
+            start = form_up(moment.poses, leader, goal, from_goal, self._task.shape, self._body, scene, self._stood_m)
             started += [] if start is None else [start]
             if start is not None and start.effort_m < LITTLE_EFFORT_M:
                 break
@@ -169,11 +170,10 @@ class FormationController:
         self._mission.give_up()
         self._trouble, self._pause_s = f"no way to ({goal[0]:.2f}, {goal[1]:.2f})", RETRY_S
 
-    def _leaders(self, moment: Moment, goal: Goal, scene: CostMap) -> list[str]:
+    def _leaders(self, moment: Moment, from_goal: Reach) -> list[str]:
         """Return who may lead: whoever does already, then, so that a dead end can be left, who is nearest to the goal."""
-        reach = Reach(scene, np.array(goal), berth_of(self._body))
         first = self._leader if self._is_led_on and self._leader in moment.poses else self._first_leader(moment)
-        return sorted(sorted(moment.poses), key=lambda name: (name != first, reach.cost_to(np.array(moment.poses[name][:2]))))
+        return sorted(sorted(moment.poses), key=lambda name: (name != first, from_goal.cost_to(np.array(moment.poses[name][:2]))))
 
     def _orders(self, elapsed_s: float, moment: Moment, goal: Goal | None, scene: CostMap) -> Orders:
         activity = self._activity

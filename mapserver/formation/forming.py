@@ -41,6 +41,7 @@ def form_up(
     poses: Mapping[str, Pose2],
     leader: str,
     goal_m: tuple[float, float],
+    from_goal: Reach,
     shape: Shape,
     body: Body,
     cost_map: CostMap,
@@ -48,7 +49,7 @@ def form_up(
 ) -> Start | None:
     """Return a plan from where the robots stand, or None where no way leads to the goal.
 
-    `stood_m`, shape (n, 2), is the trail along which they stand already, if they do.
+    `from_goal` is the reach from the goal; `stood_m`, shape (n, 2), is the trail along which they stand already, if they do.
     """
     followers = {name: pose for name, pose in poses.items() if name != leader}
     offsets = _in_column_order(follower_offsets(shape, len(followers)))
@@ -63,13 +64,13 @@ def form_up(
         _straight(route_m[0], heading_rad, max(length_m, farthest_m + SPARE_TAIL_M)) for heading_rad in _headings(poses[leader], route_m)
     )
     stood = [] if stood_m is None or math.dist(stood_m[-1], poses[leader][:2]) > STOOD_M else [stood_m]
-    formed = plan_as_they_stand(poses, leader, (*stood, *straight), offsets, goal_m, body, cost_map)
+    formed = plan_as_they_stand(poses, leader, (*stood, *straight), offsets, goal_m, from_goal, body, cost_map)
     if formed is not None:
         return Start(*formed, _effort_m(*formed, poses))
     stood_m = None if stood_m is None else stood_m[-round(length_m / STEP_M) - 1 :]
     for tail_m in _tails(poses[leader], list(followers.values()), route_m, backs_m, length_m, reach, stood_m):
         arc_m = (len(tail_m) - 1) * STEP_M
-        for trail in ways_on(tail_m, goal_m, body, cost_map):
+        for trail in ways_on(tail_m, from_goal, body, cost_map):
             plan = _manned(trail, arc_m, leader, followers, offsets, body, cost_map, goal_m)
             if _can_start(plan, arc_m, body, cost_map):
                 return Start(plan, arc_m, _effort_m(plan, arc_m, poses))

@@ -36,25 +36,24 @@ class _Bend(NamedTuple):
     points_m: Array  # (n, 2) [arena], one every STEP_M
 
 
-def ways_on(kept_m: Array, goal_m: tuple[float, float], body: Body, cost_map: CostMap) -> Iterator[Lane]:
-    """Yield trails that begin with `kept_m`, shape (n, 2), and lead on to a goal without a sharp bend, the straight way first."""
-    reach = Reach(cost_map, np.array(goal_m), berth_of(body))
-    bends = [_Bend(0.0, kept_m[:0]), *sorted(_bends(kept_m, reach, body, cost_map), key=lambda bend: bend.cost)[:BENDS_TRIED]]
+def ways_on(kept_m: Array, from_goal: Reach, body: Body, cost_map: CostMap) -> Iterator[Lane]:
+    """Yield trails that go on from `kept_m`, shape (n, 2), to where a reach began, without a sharp bend, the straight way first."""
+    bends = [_Bend(0.0, kept_m[:0]), *sorted(_bends(kept_m, from_goal, body, cost_map), key=lambda bend: bend.cost)[:BENDS_TRIED]]
     for bend in bends:
-        trail = _continued(np.vstack([kept_m, bend.points_m]), reach, body, cost_map)
+        trail = _continued(np.vstack([kept_m, bend.points_m]), from_goal, body, cost_map)
         if trail is not None and not _is_sharp(trail, len(kept_m) - 1):
             yield trail
 
 
-def way_on_from_rest(kept_m: Array, goal_m: tuple[float, float], body: Body, cost_map: CostMap) -> Lane | None:
-    """Return the trail that leads on to a goal however sharply it bends at first, for a leader that stands and can turn on the spot."""
-    return _continued(kept_m, Reach(cost_map, np.array(goal_m), berth_of(body)), body, cost_map)
+def way_on_from_rest(kept_m: Array, from_goal: Reach, body: Body, cost_map: CostMap) -> Lane | None:
+    """Return the trail that goes on to where a reach began, however sharply it bends at first: a leader that stands can turn there."""
+    return _continued(kept_m, from_goal, body, cost_map)
 
 
 def go_on(plan: Plan, arc_m: float, goal_m: tuple[float, float], body: Body, cost_map: CostMap) -> Plan | None:
     """Return a plan with a new way from just ahead of the driving leader, or None where there is none without stopping."""
     kept_m = plan.trail.points_m[: int((arc_m + LOOKAHEAD_M) / STEP_M) + 2]
-    for trail in ways_on(kept_m, goal_m, body, cost_map):
+    for trail in ways_on(kept_m, Reach(cost_map, np.array(goal_m), berth_of(body)), body, cost_map):
         made = make_plan(trail, arc_m, plan.names, plan.offsets, body, cost_map, goal_m, plan)
         until_m = min(made.clear_until_m(arc_m, body.radius_m, cost_map), meets_from_m(made, arc_m, body))
         if until_m >= min(arc_m + BEND_M, trail.length_m):

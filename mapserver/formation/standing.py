@@ -15,6 +15,7 @@ from mapserver.formation.assignment import assign
 from mapserver.formation.costmap import CostMap
 from mapserver.formation.follow import Body, Plan, make_plan, meets_from_m
 from mapserver.formation.onward import way_on_from_rest, ways_on
+from mapserver.formation.planning import Reach
 from mapserver.formation.trail import STEP_M, Lane
 from protocol.geometry import Array, Pose2
 
@@ -28,12 +29,14 @@ def plan_as_they_stand(
     tails: Iterable[Array],
     offsets: Array,
     goal_m: tuple[float, float],
+    from_goal: Reach,
     body: Body,
     cost_map: CostMap,
 ) -> tuple[Plan, float] | None:
     """Return the first plan that can start at once, and the leader's arc length on it; None where none can.
 
-    `tails`, (n, 2) each, are curves that end in the leader's place; `offsets`, (k, 2), are the followers' slots (back, left) [m].
+    `tails`, (n, 2) each, are curves that end in the leader's place; `offsets`, (k, 2), are the followers' slots (back, left) [m],
+    `from_goal` is the reach from the goal.
     """
     followers = {name: np.array(pose[:2]) for name, pose in poses.items() if name != leader}
     for tail_m in tails:
@@ -42,7 +45,7 @@ def plan_as_they_stand(
             continue
         names = assign({name: Pose2(back_m, left_m, 0.0) for name, (back_m, left_m) in places.items()}, offsets)
         now = np.array([places[name] for name in names]).reshape(-1, 2)
-        for trail in _trails(tail_m, goal_m, body, cost_map):
+        for trail in _trails(tail_m, from_goal, body, cost_map):
             arc_m = (len(tail_m) - 1) * STEP_M
             plan = _plan_from(now, trail, arc_m, (leader, *names), offsets, goal_m, body, cost_map)
             if min(plan.clear_until_m(arc_m, body.radius_m, cost_map), meets_from_m(plan, arc_m, body)) >= min(
@@ -52,10 +55,10 @@ def plan_as_they_stand(
     return None
 
 
-def _trails(tail_m: Array, goal_m: tuple[float, float], body: Body, cost_map: CostMap) -> Iterator[Lane]:
+def _trails(tail_m: Array, from_goal: Reach, body: Body, cost_map: CostMap) -> Iterator[Lane]:
     """Yield trails from a tail on: gentle ones first, then the one for which the leader has to turn on the spot."""
-    yield from ways_on(tail_m, goal_m, body, cost_map)
-    sharp = way_on_from_rest(tail_m, goal_m, body, cost_map)
+    yield from ways_on(tail_m, from_goal, body, cost_map)
+    sharp = way_on_from_rest(tail_m, from_goal, body, cost_map)
     if sharp is not None:
         yield sharp
 
