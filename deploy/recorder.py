@@ -15,9 +15,9 @@ from agent.debug import PICTURES
 from mapserver.export import write_geojson, write_grid
 from protocol import topics
 from protocol.bus import Bus
-from protocol.codec import encode
 from protocol.errors import LinkError
 from protocol.fields import Message, PoseTuple
+from protocol.inbox import Arrived
 from protocol.messages import AgentStatus, LocalMap, MotionVectors, RobotPose, ServerStatus, Trajectory
 
 ANSWER_TIMEOUT_S = 30.0  # the smoothed paths are computed when they are asked for
@@ -108,9 +108,9 @@ class Recorder:
         return answers[0]
 
     def _count_bytes(self) -> None:
-        messages: list[LocalMap | MotionVectors] = [*self._maps.take(), *self._vectors.take()]
-        for message in messages:
-            self._frame_bytes[message.robot][message.stamp_ns] += len(encode(message))
+        arrived: list[Arrived[LocalMap] | Arrived[MotionVectors]] = [*self._maps.take_arrived(), *self._vectors.take_arrived()]
+        for message, _, length_bytes in arrived:
+            self._frame_bytes[message.robot][message.stamp_ns] += length_bytes
 
     def _write_poses_of(self, stamp_ns: int, fired: Collection[str]) -> bool:
         """Take what has arrived; return whether the poses of this stamp were among it."""

@@ -15,7 +15,6 @@ from mapserver.pipeline import MapPipeline, Merged
 from mapserver.servertime import ServerTime
 from mapserver.stopping import StopLatch
 from protocol.bus import Bus
-from protocol.codec import encode
 from protocol.messages import ServerStatus
 from protocol.stage_clock import StageClock
 from protocol.topics import (
@@ -99,8 +98,8 @@ class MapService:
         """Sort what has come, and return the batch that is due, if any."""
         now_s = self._clock_s()
         present = self._present.present  # read first: what a robot sent before it went is then in the inbox
-        for local_map in self._local_maps.take():
-            self._bytes_received += len(encode(local_map))  # as long as what came: the codec knows one form only
+        for local_map, _, length_bytes in self._local_maps.take_arrived():
+            self._bytes_received += length_bytes
             if self._intake.accept(local_map):
                 self._batches.offer(local_map, now_s)
         for world_time in self._world_times.take():

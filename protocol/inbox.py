@@ -68,10 +68,11 @@ def _cost_bytes(arrival: _Arrival) -> int:
 
 
 class Arrived(NamedTuple, Generic[M]):
-    """A message, and when it came."""
+    """A message, when it came, and how long it was."""
 
     message: M
     arrived_s: float  # on the inbox's clock
+    length_bytes: int  # encoded
 
 
 class Inbox(Generic[M]):
@@ -107,14 +108,14 @@ class Inbox(Generic[M]):
         return [arrived.message for arrived in self.take_arrived()]
 
     def take_arrived(self) -> list[Arrived[M]]:
-        """Return the same, each with the time at which it came."""
+        """Return the same, each with the time at which it came, and its length."""
         with self._lock:
             arrivals, self._waiting, self._waiting_bytes = self._waiting, OrderedDict(), 0
             lost, self._lost = self._lost, 0
         if lost:
             self._refusals.add(self._topic.template, "inbox full", lost)
-        opened = ((self._open(arrival), arrival.arrived_s) for arrival in arrivals.values())
-        return [Arrived(message, arrived_s) for message, arrived_s in opened if message is not None]
+        opened = ((self._open(arrival), arrival) for arrival in arrivals.values())
+        return [Arrived(message, came.arrived_s, len(came.data)) for message, came in opened if message is not None]
 
     @property
     def latest(self) -> M | None:

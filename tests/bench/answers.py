@@ -52,12 +52,12 @@ class Answers:
 def answers(broadcasts: Broadcasts, commands: Commands) -> Answers:
     """Return how soon each robot answered each stamp at which it had a setpoint; the last half second only counts where it was answered."""
     said_s: dict[tuple[str, int], float] = {}
-    for setpoints, arrived_s in broadcasts:
+    for setpoints, arrived_s, _ in broadcasts:
         for setpoint in setpoints.robots:
             said_s.setdefault((setpoint.robot, setpoints.stamp_ns), arrived_s)
     done_s: dict[tuple[str, int], float] = {}
     for robot, given in commands.items():
-        for command, arrived_s in given:
+        for command, arrived_s, _ in given:
             done_s.setdefault((robot, command.answers_ns), arrived_s)
     last_ns = max((stamp_ns for _, stamp_ns in said_s), default=0)
     # Two sessions of one process may hear an answer just before what it answers.

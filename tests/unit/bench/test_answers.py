@@ -13,11 +13,11 @@ STAMP_NS = 10 * SETTLING_NS
 
 def said(arrived_s: float, *robots: str, stamp_ns: int = STAMP_NS, seq: int = 0) -> Arrived[Setpoints]:
     setpoints = tuple(Setpoint(robot=robot, arena_from_body=(0.0, 0.0, 0.0), speed_m_s=0.0, turn_rad_s=0.0) for robot in robots)
-    return Arrived(Setpoints(epoch=1, seq=seq, stamp_ns=stamp_ns, valid_until_ns=stamp_ns, robots=setpoints), arrived_s)
+    return Arrived(Setpoints(epoch=1, seq=seq, stamp_ns=stamp_ns, valid_until_ns=stamp_ns, robots=setpoints), arrived_s, 0)
 
 
 def done(arrived_s: float, answers_ns: int = STAMP_NS) -> Arrived[WheelCommand]:
-    return Arrived(WheelCommand(left_rad_s=1.0, right_rad_s=1.0, answers_ns=answers_ns), arrived_s)
+    return Arrived(WheelCommand(left_rad_s=1.0, right_rad_s=1.0, answers_ns=answers_ns), arrived_s, 0)
 
 
 def test_every_robot_s_first_command_for_a_stamp_counts() -> None:
