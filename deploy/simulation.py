@@ -32,6 +32,7 @@ from protocol.errors import LinkError
 from protocol.messages import FormationState, WorldTime, WorldTruth
 
 STEP_TIMEOUT_S = 60.0
+PICTURES_S = 5.0  # of world time, after which the agents are asked for their views: by then they drive
 LINGER_S = 1.0  # of world time after the last goal: the followers settle, and it shows that they stand
 
 
@@ -145,6 +146,7 @@ class Director:
         self._states = simulation.swarm.link.inbox(topics.FORMATION)
         self._times, self._truths = simulation.world.inbox(topics.WORLD_TIME), simulation.world.inbox(topics.WORLD_TRUTH)
         self._waiting: deque[WorldTime] = deque()
+        self._has_pictures = False
         self.steps = 0
         self.fired: Counter[str] = Counter()  # frames so far, by robot
 
@@ -157,10 +159,18 @@ class Director:
             first_ns = step.stamp_ns if first_ns is None else first_ns
             moment = self._relay(step, (step.stamp_ns - first_ns) / 1e9)
             display.show(moment)
+            if not self._has_pictures and moment.world_s >= min(PICTURES_S, 0.5 * duration_s):
+                self._take_pictures()
             if moment.formation is not None and moment.formation.phase == "arrived":
                 until_s = min(until_s, moment.world_s + LINGER_S)
             if moment.world_s >= until_s - 1e-6:
                 return moment
+
+    def _take_pictures(self) -> None:
+        """Keep what every agent sees under way; it does not count as the swarm's time."""
+        self._has_pictures = True
+        with self._watch.paused():
+            self._recorder.write_pictures()
 
     def _next_step(self, timeout_s: float) -> WorldTime:
         """Return the next stamp that the world announces; raises LinkError where none comes in time."""
