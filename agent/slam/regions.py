@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from agent.slam.feature_tracks import Tracks, heights
 from agent.slam.region_labels import LAST_LABEL
 from agent.slam.splitting import Corners, cut, split
+from agent.vision.connection import WALL_RAD
 from agent.vision.floor_projection import FloorProjection
 from agent.vision.floor_view import FloorView
 from agent.vision.hull import centre_of_polygon, convex_hull
@@ -48,13 +49,16 @@ class SeenRegion:
 
 
 def describe(borders: Borders, labels: NDArray[np.int32], tracks: Tracks, view: FloorView, projection: FloorProjection) -> list[SeenRegion]:
-    """Return the regions of a frame, in the order of their borders, given their labels, (regions,), and the corners followed on them."""
+    """Return the regions of a frame, in the order of their borders, given their labels, (regions,), and the corners followed on them.
+
+    A wall that goes round the robot is no convex thing: its outline stays as it was seen.
+    """
     slope, sigma = tracks.slopes()
     moving, settled = tracks.moving(), tracks.settled(SETTLED_SIGMA)
     eye, rig = projection.body_from_camera[:2, 3], Rig(projection.camera_height_m, view.body_range_m)
     appearance = projection.floor_from_pixels(view.camera_pixels(tracks.pixels)) - eye
     described: list[SeenRegion] = []
-    for outline, label in zip(floor_outlines(borders, view), labels, strict=True):
+    for outline, label, border, compact in zip(floor_outlines(borders, view), labels, borders.pixels, borders.compact, strict=True):
         own = tracks.labels == label
         motion = _motion(int(moving[own].sum()), int(settled[own].sum()))
         telling = own & settled
@@ -62,10 +66,20 @@ def describe(borders: Borders, labels: NDArray[np.int32], tracks: Tracks, view: 
             described.append(SeenRegion(int(label), outline, centre_of_polygon(outline), motion, None, flat=False))
         elif _flat(slope[telling], sigma[telling]):
             described.append(SeenRegion(int(label), outline, centre_of_polygon(outline), motion, 0.0, flat=True))
+        elif not compact and _goes_round(border, view):
+            height_m = _height(slope[telling], rig.camera_height_m)
+            described.append(SeenRegion(int(label), outline, centre_of_polygon(outline), motion, height_m, flat=False))
         else:
             corners = Corners(appearance[telling], slope[telling])
             described += _standing(int(label), outline, corners, eye, rig)
     return described
+
+
+def _goes_round(border: NDArray[np.int32], view: FloorView) -> bool:
+    """Tell whether a border, (n, 2) u, v [view px], is seen in a wide range of directions."""
+    bearing = np.sort(view.bearing_rad[border[:, 1], border[:, 0]])
+    widest_gap = float(np.diff(bearing, append=bearing[:1] + 2.0 * np.pi).max())
+    return 2.0 * np.pi - widest_gap > WALL_RAD
 
 
 def _standing(label: int, outline: Array, corners: Corners, eye: Array, rig: Rig) -> list[SeenRegion]:

@@ -17,7 +17,7 @@ Pixels = NDArray[np.int32]
 
 FULLNESS = 0.8  # of the convex hull of a region, in the picture; with less it is several things, or a wall
 _STEPS_PER_RAD = 200  # boxes are compared to a third of a degree
-_WIDEST_RAD = 0.5 * np.pi  # what spans more is a wall, and is connected with nothing
+WALL_RAD = 0.5 * np.pi  # what spans more is a wall, and is connected with nothing
 
 
 def connect_pieces(pieces: list[Pixels], centre_px: Array) -> list[list[int]]:
@@ -28,7 +28,7 @@ def connect_pieces(pieces: list[Pixels], centre_px: Array) -> list[list[int]]:
     if not pieces:
         return []
     spans = np.array([_span(piece, centre_px) for piece in pieces])
-    narrow = np.flatnonzero(spans[:, 1] - spans[:, 0] < _WIDEST_RAD)
+    narrow = np.flatnonzero(spans[:, 1] - spans[:, 0] < WALL_RAD)
     group_of = np.arange(len(pieces))
     if narrow.size:
         group_of[narrow] = len(pieces) + connect_rectangles(_boxes(spans[narrow]))[1]

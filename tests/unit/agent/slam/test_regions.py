@@ -1,5 +1,6 @@
 """What is told of every region: its motion, height, flatness, base, and whether it is two things."""
 
+import cv2
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -85,6 +86,17 @@ def test_a_top_only_region_with_corners_on_the_floor_stays_as_it_is() -> None:
     grounded = np.concatenate([top, [(1.05, 0.0, 0.0)]])
     (region,) = described(seen(top), watched(grounded, LABEL))
     assert region.outline_m[:, 0].min() == pytest.approx(1.0, abs=PIXEL_M)
+
+
+def test_a_wall_around_the_robot_leaves_the_floor_before_it_bare() -> None:
+    turns = np.linspace(-2.0, 2.0, 15)
+    feet = np.stack([np.cos(turns), np.sin(turns), np.zeros_like(turns)], axis=-1)
+    tops = feet + np.array([0.0, 0.0, 0.15])  # they appear from 1.43 m on
+    wall = ((VIEW.range_m > 1.4) & (VIEW.range_m < 1.8) & (np.abs(VIEW.bearing_rad) < 2.0)).astype(np.uint8)
+    (region,) = described(wall, watched(np.repeat(tops, 2, axis=0), LABEL))
+    assert region.motion == "static"
+    assert cv2.pointPolygonTest(region.outline_m.astype(np.float32)[:, None], (0.6, 0.0), False) < 0.0
+    assert cv2.pointPolygonTest(region.outline_m.astype(np.float32)[:, None], (1.6, 0.0), False) > 0.0
 
 
 def test_two_things_in_one_region_are_parted_and_the_one_behind_mirrors_the_label() -> None:
