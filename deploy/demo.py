@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import datetime
 from pathlib import Path
 
@@ -10,6 +10,7 @@ from rich.console import Console
 
 from deploy.evaluate_command import evaluate_run
 from deploy.folders import default_folder, prepare_folder
+from deploy.scenario_plan import arena_arguments, plan_of
 from deploy.simulation import Moment, Plan, simulate
 from deploy.simulation_display import SimulationBar
 from protocol.errors import ConfigError
@@ -53,35 +54,17 @@ def demo(wishes: Wishes, console: Console) -> None:
 def _world(wishes: Wishes) -> tuple[Scenario, tuple[str, ...]]:
     """Return the scenario, and what tells the world's process to play it."""
     if wishes.scenario is None:
-        return random_arena(wishes.seed, wishes.robots), ("--seed", str(wishes.seed), "--robots", str(wishes.robots))
+        return random_arena(wishes.seed, wishes.robots), arena_arguments(wishes.seed, wishes.robots)
     shipped = SCENARIOS / f"{wishes.scenario}.toml"
     file = shipped if shipped.is_file() else Path(wishes.scenario)
     return load_scenario(file), ("--scenario", str(file.absolute()))
 
 
 def _plan(wishes: Wishes, scenario: Scenario, arguments: tuple[str, ...], folder: Path) -> Plan:
-    arena = scenario.arena
     if wishes.record is not None and (wishes.record / RIGS_FILE).exists():
         raise ConfigError(f"{wishes.record}: holds a recording already; name another folder with --record")
-    return Plan(
-        folder=folder,
-        told=wishes.record or folder / "world",
-        area_m=(arena.x_min_m, arena.y_min_m, arena.x_max_m, arena.y_max_m),
-        world=arguments,
-        formation=formation_table(scenario),
-        clock="lockstep",
-        pace=1.0,
-        duration_s=wishes.duration_s or scenario.duration_s,
-        record=wishes.record is not None,
-    )
-
-
-def formation_table(scenario: Scenario) -> dict[str, object]:
-    """Return the map server's table for a scenario: a wedge to its goals, or, without any, exploration."""
-    arena = scenario.arena
-    bounds = (arena.x_min_m, arena.y_min_m, arena.x_max_m, arena.y_max_m)
-    goals = [list(goal) for goal in scenario.goals_m]
-    return {"kind": "wedge" if goals else "explore", "goals": goals, "bounds": list(bounds)}
+    plan = plan_of(scenario, arguments, folder, wishes.duration_s or scenario.duration_s)
+    return plan if wishes.record is None else replace(plan, told=wishes.record, record=True)
 
 
 def _outcome(moment: Moment) -> str:

@@ -10,14 +10,15 @@ import argparse
 import sys
 import tempfile
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 
 from rich.console import Console
 
 from deploy.coverage_meter import CoverageMeter
-from deploy.demo import formation_table
 from deploy.formation_log import FormationLog
 from deploy.recorder import Recorder
+from deploy.scenario_plan import arena_arguments, plan_of
 from deploy.simulation import Director, Plan, running_simulation
 from protocol.errors import OmmatidiaError
 from protocol.messages import AgentStatus
@@ -75,19 +76,8 @@ def _behind(reports: Mapping[str, AgentStatus], director: Director) -> int:
 
 
 def _plan(folder: Path, seed: int, robots: int, duration_s: float) -> Plan:
-    scenario = random_arena(seed, robots)
-    arena = scenario.arena
-    return Plan(
-        folder=folder,
-        told=folder / "world",
-        area_m=(arena.x_min_m, arena.y_min_m, arena.x_max_m, arena.y_max_m),
-        world=("--seed", str(seed), "--robots", str(robots)),
-        formation=formation_table(scenario),
-        clock="real",
-        pace=1.0,
-        duration_s=duration_s + AFTERWARDS_S,
-        record=False,
-    )
+    plan = plan_of(random_arena(seed, robots), arena_arguments(seed, robots), folder, duration_s + AFTERWARDS_S)
+    return replace(plan, clock="real")
 
 
 if __name__ == "__main__":

@@ -5,13 +5,13 @@ from __future__ import annotations
 import csv
 import json
 import math
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
-from deploy.demo import formation_table
 from deploy.evaluation.evaluate import Evaluation, evaluate
 from deploy.folders import prepare_folder
-from deploy.simulation import Display, Moment, Plan, simulate
+from deploy.scenario_plan import arena_arguments, plan_of
+from deploy.simulation import Display, Moment, simulate
 from sim.arena import random_arena
 
 NEAR_GOAL_M = 0.05
@@ -44,19 +44,8 @@ class ArenaResult:
 def run_arena(seed: int, robots: int, folder: Path, display: Display, most_s: float = MOST_S) -> ArenaResult:
     """Drive through the arena, leave the run in its folder, and return the result; raises OmmatidiaError where that cannot go on."""
     scenario = random_arena(seed, robots)
-    arena = scenario.arena
     prepare_folder(folder, overwrite=True)
-    plan = Plan(
-        folder=folder,
-        told=folder / "world",
-        area_m=(arena.x_min_m, arena.y_min_m, arena.x_max_m, arena.y_max_m),
-        world=("--seed", str(seed), "--robots", str(robots)),
-        formation=formation_table(scenario),
-        clock="lockstep",
-        pace=math.inf,
-        duration_s=most_s,
-        record=False,
-    )
+    plan = replace(plan_of(scenario, arena_arguments(seed, robots), folder, most_s), pace=math.inf)
     moment = simulate(plan, display)
     result = _result(seed, robots, moment, evaluate(folder, plan.told), _collisions(plan.told), scenario.goals_m[-1])
     result.write(folder)
