@@ -16,7 +16,7 @@ from mapserver.mapping.pose_graph import Start
 from protocol.errors import GeometryError
 from protocol.fields import Name
 from protocol.geometry import Pose2
-from protocol.settings import Settings, load_toml
+from protocol.settings import Settings, check_names_differ, load_toml
 
 MAX_ROBOTS = 64  # a local map has room for as many sightings
 
@@ -77,9 +77,7 @@ class MapServerConfig(Settings):
 
     @model_validator(mode="after")
     def _names_differ(self) -> Self:
-        names = [robot.name for robot in self.robots]
-        if twice := sorted({name for name in names if names.count(name) > 1}):
-            raise ValueError(f"robots need names of their own, but {', '.join(twice)} is there more than once")
+        check_names_differ([robot.name for robot in self.robots])
         return self
 
     @model_validator(mode="after")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import tomllib
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from difflib import get_close_matches
 from pathlib import Path
 from typing import Any, TypeVar, get_args
@@ -54,6 +54,12 @@ def parse(file: Path, document: Mapping[str, Any], model: type[S]) -> S:
         return model.model_validate_json(json.dumps(document, default=str))
     except ValidationError as error:
         raise ConfigError(_complaint(file, error, model)) from None
+
+
+def check_names_differ(robots: Sequence[str]) -> None:
+    """Raise ValueError, as a model's validator does, where two robots share a name."""
+    if twice := sorted({name for name in robots if robots.count(name) > 1}):
+        raise ValueError(f"robots need names of their own, but {', '.join(twice)} is there more than once")
 
 
 def _complaint(file: Path, error: ValidationError, model: type[BaseModel]) -> str:

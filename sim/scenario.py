@@ -11,7 +11,7 @@ from typing import Annotated, Literal, Self
 from pydantic import Field, FiniteFloat, model_validator
 
 from protocol.fields import Count, Name, StampNs
-from protocol.settings import Settings, load_toml
+from protocol.settings import Settings, check_names_differ, load_toml
 from sim.scenario_robots import FaultTable, RobotTable
 from sim.world.scene import FloorKind, Material
 
@@ -136,9 +136,7 @@ class Scenario(Settings):
 
     @model_validator(mode="after")
     def _names_differ(self) -> Self:
-        names = [robot.name for robot in self.robots]
-        if twice := sorted({name for name in names if names.count(name) > 1}):
-            raise ValueError(f"robots need names of their own, but {', '.join(twice)} is there more than once")
+        check_names_differ([robot.name for robot in self.robots])
         return self
 
     @model_validator(mode="after")
