@@ -26,7 +26,7 @@ _BODY = {"body_radius_m", "body_height_m", "wheel_base_m", "wheel_radius_m"}
 _START = {"name", "initial_pose", "initial_pose_sigma", "body_radius_m"}
 
 
-class ToldRobot(Protocol):
+class TeamRobot(Protocol):
     """What is told of one robot."""
 
     @property
@@ -54,7 +54,7 @@ class Team(Protocol):
         ...
 
     @property
-    def robots(self) -> Sequence[ToldRobot]:
+    def robots(self) -> Sequence[TeamRobot]:
         """One by one."""
         ...
 
@@ -67,7 +67,7 @@ def check_robots(team: Team) -> None:
         read_calibration(robot.sensor_file)
 
 
-def agent_settings(team: Team, robot: ToldRobot, method: Method, swarm_endpoint: str, world_endpoint: str) -> AgentConfig:
+def agent_settings(team: Team, robot: TeamRobot, method: Method, swarm_endpoint: str, world_endpoint: str) -> AgentConfig:
     """Return the settings of a robot's agent, whose camera and wheels are in the world at `world_endpoint`. Raises ConfigError."""
     document = {
         "robot": {"name": robot.name, "site": SITE, "endpoint": swarm_endpoint, "method": method},
