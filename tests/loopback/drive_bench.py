@@ -45,6 +45,7 @@ from protocol.topics import (
     WHEELS_READY,
     WORLD_TIME,
 )
+from tests.loopback.agent_files import HEIGHT_PX, WIDTH_PX, write_agent_files
 
 T = TypeVar("T")
 
@@ -53,30 +54,9 @@ PATIENCE_S = 20.0
 START_NS = 1_700_000_000_000_000_000
 PERIOD_NS, READING_NS = 100_000_000, 20_000_000
 HALF_SECOND_NS = 500_000_000
-WIDTH_PX, HEIGHT_PX = 320, 240
 WHEEL_RADIUS_M, WHEEL_BASE_M = 0.03, 0.12
 SPEED_M_S = 0.15
 AHEAD_M = 0.05
-
-SENSOR = """\
-resolution: [320, 240]
-camera_model: kannala_brandt
-intrinsics: [73.6, 73.6, 159.5, 119.5]
-distortion_coefficients: [0, 0, 0, 0]
-fov_deg: 185
-T_BS: {rows: 4, cols: 4, data: [0, -1, 0, 0, -1, 0, 0, 0, 0, 0, -1, 0.5, 0, 0, 0, 1]}
-"""
-CONFIG = """\
-[robot]
-name = "r1"
-site = "lab"
-endpoint = "{server}"
-[camera]
-endpoint = "{world}"
-calibration = "sensor.yaml"
-[wheels]
-endpoint = "{world}"
-"""
 
 
 @dataclass(frozen=True)
@@ -244,8 +224,7 @@ class DriveBench:
 def open_bench(folder: Path) -> Iterator[DriveBench]:
     """Open a world and a map server, and end the agent with them."""
     with Bus.open_router("lab") as world, Bus.open_router("lab") as server:
-        (folder / "agent.toml").write_text(CONFIG.format(server=server.endpoint, world=world.endpoint))
-        (folder / "sensor.yaml").write_text(SENSOR)
+        write_agent_files(folder, world, server)
         bench = DriveBench(folder, world, server)
         try:
             yield bench

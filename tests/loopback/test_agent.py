@@ -34,6 +34,7 @@ from protocol.topics import (
     WHEEL_READINGS,
     WHEELS_READY,
 )
+from tests.loopback.agent_files import HEIGHT_PX, WIDTH_PX, write_agent_files
 
 M = TypeVar("M", bound=Message)
 
@@ -42,28 +43,7 @@ PATIENCE_S = 20.0
 CLEAN_END_S = 2.0
 START_NS = 1_412_172_400_000_000_000
 PERIOD_NS = 200_000_000
-WIDTH_PX, HEIGHT_PX = 320, 240
 SHAPES = {"jpeg": (0, 0), "missing": (0, 0), "bgr8": (HEIGHT_PX, WIDTH_PX)}
-
-SENSOR = """\
-resolution: [320, 240]
-camera_model: kannala_brandt
-intrinsics: [73.6, 73.6, 159.5, 119.5]
-distortion_coefficients: [0, 0, 0, 0]
-fov_deg: 185
-T_BS: {rows: 4, cols: 4, data: [0, -1, 0, 0, -1, 0, 0, 0, 0, 0, -1, 0.5, 0, 0, 0, 1]}
-"""
-CONFIG = """\
-[robot]
-name = "r1"
-site = "lab"
-endpoint = "{server}"
-[camera]
-endpoint = "{world}"
-calibration = "sensor.yaml"
-[wheels]
-endpoint = "{world}"
-"""
 
 
 @dataclass
@@ -112,8 +92,7 @@ class Bench:
 @pytest.fixture
 def bench(tmp_path: Path) -> Iterator[Bench]:
     with Bus.open_router("lab") as world, Bus.open_router("lab") as server:
-        (tmp_path / "agent.toml").write_text(CONFIG.format(server=server.endpoint, world=world.endpoint))
-        (tmp_path / "sensor.yaml").write_text(SENSOR)
+        write_agent_files(tmp_path, world, server)
         bench = Bench(
             tmp_path,
             world,

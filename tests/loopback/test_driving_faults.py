@@ -15,7 +15,8 @@ import pytest
 from agent.control.setpoints import DUPLICATE, EXPIRED, OLD_EPOCH, OUT_OF_ORDER, TOO_FAR, TOO_FAST
 from agent.vision.liveness import DARK, FROZEN
 from protocol.messages import Setpoint, Setpoints
-from tests.loopback.drive_bench import HALF_SECOND_NS, HEIGHT_PX, WIDTH_PX, DriveBench, open_bench
+from tests.loopback.agent_files import HEIGHT_PX, WIDTH_PX
+from tests.loopback.drive_bench import HALF_SECOND_NS, DriveBench, open_bench
 
 LIMIT_S = 0.5  # in which wheels have to stand
 SECOND_GUARD_S = 10.0  # to load Python anew
