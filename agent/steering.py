@@ -6,7 +6,7 @@ import math
 import time
 from collections import Counter
 from collections.abc import Callable, Mapping
-from typing import Literal, Protocol
+from typing import Protocol
 
 from agent.config import AgentConfig
 from agent.driver_seat import DriverSeat
@@ -16,12 +16,10 @@ from agent.stop_desk import StopDesk
 from agent.wheel_history import WheelHistory
 from protocol.bus import Bus
 from protocol.geometry import Array
-from protocol.messages import LocalMap, Setpoints, WheelReadings
+from protocol.messages import Drive, LocalMap, Setpoints, WheelReadings
 from protocol.topics import POSES, SETPOINTS, WORLD_TIME
 
 BEAT_S = 0.02  # between two instructions without an order: each wakes the guard, and a tenth of what it allows is often enough
-
-Drive = Literal["standing", "driving", "slowed", "blocked", "stopped"]
 
 
 class WheelGuard(Protocol):

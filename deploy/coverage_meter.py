@@ -7,8 +7,8 @@ import zlib
 import numpy as np
 from numpy.typing import NDArray
 
-from mapserver.mapping.grid import TILE_CELLS, UNKNOWN
-from protocol.messages import MapTile, MapUpdate
+from mapserver.mapping.grid import TILE_CELLS
+from protocol.messages import UNKNOWN, MapTile, MapUpdate
 
 
 class CoverageMeter:

@@ -30,6 +30,11 @@ from protocol.fields import (
 
 PROTOCOL_VERSION = 2
 
+UNKNOWN, FREE, OCCUPIED = 0, 1, 2  # a cell of the map
+
+Phase = Literal["waiting", "gathering", "moving", "avoiding", "exploring", "returning", "arrived", "blocked"]  # of a formation
+Drive = Literal["standing", "driving", "slowed", "blocked", "stopped"]  # blocked: something is in the way; stopped: latched
+
 
 class Identity(Message):
     """Who or what was sighted. `none`: the sender does not know."""
@@ -133,7 +138,7 @@ class MapTile(Message):
 
     ix: int  # tile column: covers x from ix * TILE_CELLS * cell_m
     iy: int
-    cells: bytes  # u1 per cell: 0 unknown, 1 free, 2 occupied
+    cells: bytes  # u1 per cell: UNKNOWN, FREE or OCCUPIED
 
 
 class MapUpdate(Message):
@@ -193,7 +198,7 @@ class FormationState(Message):
     epoch: Count
     seq: Count
     stamp_ns: StampNs
-    phase: Literal["waiting", "gathering", "moving", "avoiding", "exploring", "returning", "arrived", "blocked"]
+    phase: Phase
     reason: Annotated[str, Field(max_length=200)]  # one line for a person: what it waits for, or why it is blocked; empty otherwise
     leader: Annotated[str, Field(max_length=32)]  # empty while there is none
     goal: tuple[FiniteFloat, FiniteFloat] | None  # [m; arena] where the leader is heading
@@ -221,7 +226,7 @@ class AgentStatus(Message):
     robot: Name
     epoch: Count
     state: str  # one line for a person: "mapping", or what is wrong
-    drive: Literal["standing", "driving", "slowed", "blocked", "stopped"]  # blocked: something is in the way; stopped: latched
+    drive: Drive
     frames: dict[str, Count]  # received, used, dropped
     reasons: dict[str, Count]  # why frames or messages were dropped, each with its count
     bytes_sent: Count

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Literal, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -18,8 +18,7 @@ from mapserver.formation.planning import Reach
 from mapserver.formation.task import Moment, Task
 from mapserver.formation.trail import Reference
 from protocol.geometry import Array, Pose2
-
-Phase = Literal["waiting", "gathering", "moving", "avoiding", "exploring", "returning", "arrived", "blocked"]
+from protocol.messages import Phase
 
 START_PATIENCE_S = 10.0  # that robots which have not come yet are waited for
 LONGEST_STEP_S = 0.5  # of time that counts as driven between two moments

@@ -9,8 +9,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from mapserver.formation.floor import OCCUPIED, UNKNOWN, Bounds, Floor, corners_m, cut_out
+from mapserver.formation.floor import Bounds, Floor, corners_m, cut_out
 from protocol.geometry import Array
+from protocol.messages import OCCUPIED, UNKNOWN
 
 OPEN_MARGIN_M = 1.0  # of unknown floor around all that is known, where nobody gave bounds
 MOVING_MARGIN_M = 0.15  # more than from what stands: it may come nearer

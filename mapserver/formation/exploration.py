@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from scipy.ndimage import minimum_filter
 
 from mapserver.formation.costmap import CostMap, unknown_of
-from mapserver.formation.floor import FREE
 from mapserver.formation.planning import COARSE, Reach
 from protocol.geometry import Array, Pose2
+from protocol.messages import FREE
 
 SLIVER_CELLS = 5  # strips of unknown floor that are narrower are not worth a drive
 LEAST_FRONTIER_CELLS = 3  # coarse ones

@@ -9,8 +9,6 @@ from numpy.typing import NDArray
 
 from protocol.geometry import Array
 
-UNKNOWN, FREE, OCCUPIED = 0, 1, 2
-
 
 class Floor(NamedTuple):
     """Cells, shape (rows, columns), UNKNOWN, FREE or OCCUPIED, row 0 at the lowest y, and their lowest corner, shape (2,) [m; arena]."""

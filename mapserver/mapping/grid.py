@@ -13,12 +13,11 @@ from numpy.typing import NDArray
 
 from mapserver.mapping.raster import corners_of, fill
 from protocol.geometry import Array
-from protocol.messages import MapTile
+from protocol.messages import OCCUPIED, MapTile
 
 TILE_CELLS = 64
 CELL_M = 0.01
 
-UNKNOWN, FREE, OCCUPIED = 0, 1, 2
 FREE_BELOW = -0.3  # log-odds
 LEAST_LOG_ODDS = -3.0
 MOST_LOG_ODDS = 1.5  # where a thing was carried away, the floor is free after three sharp looks

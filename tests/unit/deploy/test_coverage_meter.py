@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from deploy.coverage_meter import CoverageMeter
-from mapserver.mapping.grid import FREE, TILE_CELLS
-from protocol.messages import MapTile, MapUpdate
+from mapserver.mapping.grid import TILE_CELLS
+from protocol.messages import FREE, MapTile, MapUpdate
 
 CELL_M = 0.01
 TILE_M = CELL_M * TILE_CELLS

@@ -12,10 +12,10 @@ import shapely
 import yaml
 
 from mapserver.export import PIXELS, geojson, grid_picture, map_yaml, pgm, write_geojson, write_grid
-from mapserver.mapping.grid import FREE, OCCUPIED, TILE_CELLS, UNKNOWN
+from mapserver.mapping.grid import TILE_CELLS
 from protocol.errors import DecodeError
 from protocol.fields import Packed
-from protocol.messages import MapObject, MapTile, MapUpdate
+from protocol.messages import FREE, OCCUPIED, UNKNOWN, MapObject, MapTile, MapUpdate
 from tests.unit.mapserver.worlds import rectangle
 
 BOX = MapObject(

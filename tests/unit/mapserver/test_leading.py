@@ -10,7 +10,6 @@ import pytest
 from mapserver.batching import Batch
 from mapserver.export import grid_picture
 from mapserver.formation.controller import FormationController, Orders
-from mapserver.formation.floor import FREE
 from mapserver.formation.shapes import Shape
 from mapserver.formation.task import Task
 from mapserver.formation.trail import Reference
@@ -21,7 +20,7 @@ from mapserver.pipeline import MapPipeline
 from mapserver.servertime import ServerTime
 from mapserver.stopping import StopLatch
 from protocol.geometry import Pose2
-from protocol.messages import LocalMap
+from protocol.messages import FREE, LocalMap
 from protocol.stage_clock import StageClock
 from tests.unit.mapserver.worlds import STEP_NS, batch, local_map, rectangle, region_of, settings
 

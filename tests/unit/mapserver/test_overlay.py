@@ -11,10 +11,10 @@ import shapely
 
 from mapserver.export import grid_picture
 from mapserver.mapping.bodies import Body, robot_sector
-from mapserver.mapping.grid import CELL_M, FREE, OCCUPIED, UNKNOWN
+from mapserver.mapping.grid import CELL_M
 from mapserver.mapping.overlay import Overlay
 from protocol.geometry import Array, Pose2
-from protocol.messages import MapUpdate, Region
+from protocol.messages import FREE, OCCUPIED, UNKNOWN, MapUpdate, Region
 from tests.unit.mapserver.worlds import BODY_RADIUS_M, Motion, local_map, rectangle, region_of, smear_of
 
 BOX = rectangle(0.0, 0.0, 0.24, 0.20)

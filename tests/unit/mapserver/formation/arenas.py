@@ -11,8 +11,9 @@ import shapely
 import shapely.affinity
 from numpy.typing import NDArray
 
-from mapserver.formation.floor import FREE, OCCUPIED, Bounds
+from mapserver.formation.floor import Bounds
 from protocol.geometry import Array, Pose2
+from protocol.messages import FREE, OCCUPIED
 
 CELL_M = 0.01
 BOUNDS = Bounds(0.0, 0.0, 4.0, 3.0)

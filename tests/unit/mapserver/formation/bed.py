@@ -10,11 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mapserver.formation.controller import FormationController, Orders
-from mapserver.formation.floor import OCCUPIED, UNKNOWN, Floor
+from mapserver.formation.floor import Floor
 from mapserver.formation.shapes import follower_offsets
 from mapserver.formation.task import Moment, Task
 from mapserver.formation.trail import Reference
 from protocol.geometry import Array, Pose2
+from protocol.messages import OCCUPIED, UNKNOWN
 from tests.unit.mapserver.formation.arenas import CELL_M, ORIGIN_M, SHAPE, Arena
 
 RADIUS_M = 0.075

@@ -11,11 +11,12 @@ from numpy.typing import NDArray
 
 from mapserver.formation.costmap import CostMap, cost_map
 from mapserver.formation.exploration import Frontiers
-from mapserver.formation.floor import FREE, OCCUPIED, UNKNOWN, Floor
+from mapserver.formation.floor import Floor
 from mapserver.formation.planning import Berth, Reach
 from mapserver.formation.shapes import Shape
 from mapserver.formation.task import Task
 from protocol.geometry import Pose2
+from protocol.messages import FREE, OCCUPIED, UNKNOWN
 from tests.unit.mapserver.formation.arenas import BOUNDS, CELL_M, ORIGIN_M, Arena, random_arena
 from tests.unit.mapserver.formation.bed import RADIUS_M, Bed, loose_wedge
 

@@ -8,11 +8,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from mapserver.formation.costmap import CostMap, cost_map
-from mapserver.formation.floor import FREE, OCCUPIED, Bounds, Floor
+from mapserver.formation.floor import Bounds, Floor
 from mapserver.formation.narrowing import Spacing, backs_along, blended, closest_along, column_backs, lefts_along
 from mapserver.formation.speeds import ACCELERATION_M_S2, speeds_along, stoppable
 from mapserver.formation.trail import STEP_M, Lane
 from protocol.geometry import Array
+from protocol.messages import FREE, OCCUPIED
 
 RADIUS_M = 0.075
 SPACING = Spacing.of(RADIUS_M)

@@ -8,11 +8,12 @@ import numpy as np
 import pytest
 
 from mapserver.formation.costmap import CostMap, Disc, cost_map
-from mapserver.formation.floor import FREE, OCCUPIED, UNKNOWN, Bounds, Floor
+from mapserver.formation.floor import Bounds, Floor
 from mapserver.formation.planning import Berth, Reach
 from mapserver.formation.smoothing import smooth
 from mapserver.formation.trail import STEP_M, Lane
 from protocol.geometry import Array
+from protocol.messages import FREE, OCCUPIED, UNKNOWN
 
 BERTH = Berth(0.11, 0.35)
 START_M, GOAL_M = np.array([0.5, 1.5]), np.array([3.5, 1.5])
