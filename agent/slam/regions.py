@@ -25,6 +25,7 @@ SETTLED_SIGMA = 0.05  # a slope known to this tells the height to 2.5 cm for a c
 FLAT_SLOPE = 0.02  # a height of a fiftieth of the camera's: less is paint, shadow or light
 FLAT_CORNERS = 5
 NEAR_SHARE = 0.25  # of a region's depth: corners this near to its near border belong to that
+LEAST_OUTLINE_POINTS = 3
 LEAST_BASE_SHARE = 0.6  # of the border's range, at which its base may lie: the border is then at 0.4 camera heights
 AFLOAT_SLOPE = -0.1  # corners with a slope below this stand a tenth of the camera's height above the floor, and more
 
@@ -51,7 +52,8 @@ class SeenRegion:
 def describe(borders: Borders, labels: NDArray[np.int32], tracks: Tracks, view: FloorView, projection: FloorProjection) -> list[SeenRegion]:
     """Return the regions of a frame, in the order of their borders, given their labels, (regions,), and the corners followed on them.
 
-    A wall that goes round the robot is no convex thing: its outline stays as it was seen.
+    A wall that goes round the robot is no convex thing: its outline stays as it was seen. A region of which no area is left on the floor,
+    since it lies at the rim of what can be seen, or is cut too thin, is left out.
     """
     slope, sigma = tracks.slopes()
     moving, settled = tracks.moving(), tracks.settled(SETTLED_SIGMA)
@@ -72,7 +74,7 @@ def describe(borders: Borders, labels: NDArray[np.int32], tracks: Tracks, view: 
         else:
             corners = Corners(appearance[telling], slope[telling])
             described += _standing(int(label), outline, corners, eye, rig)
-    return described
+    return [region for region in described if len(region.outline_m) >= LEAST_OUTLINE_POINTS]
 
 
 def _goes_round(border: NDArray[np.int32], view: FloorView) -> bool:
@@ -89,7 +91,7 @@ def _standing(label: int, outline: Array, corners: Corners, eye: Array, rig: Rig
         return [_static(label, outline, corners, eye, rig)]
     front, behind = cut(outline, eye, parted.range_m)
     parts = [(label, front, corners.select(~parted.behind)), (2 * LAST_LABEL + 1 - label, behind, corners.select(parted.behind))]
-    return [_static(name, convex_hull(part), own, eye, rig) for name, part, own in parts if len(part) >= 3]
+    return [_static(name, convex_hull(part), own, eye, rig) for name, part, own in parts if len(part) >= LEAST_OUTLINE_POINTS]
 
 
 def _static(label: int, outline: Array, corners: Corners, eye: Array, rig: Rig) -> SeenRegion:

@@ -9,7 +9,7 @@ from agent.slam.feature_tracks import Tracks, join, no_tracks
 from agent.slam.region_labels import LAST_LABEL
 from agent.slam.regions import SeenRegion, describe
 from agent.vision.hull import centre_of_polygon
-from agent.vision.outlines import find_borders, signed_area
+from agent.vision.outlines import Borders, find_borders, signed_area
 from tests.unit.agent.floor_worlds import PROJECTION, VIEW, appearances, box, seen, upright, watched
 
 PIXEL_M = 0.0125  # of floor that one pixel covers, a metre away: 0.5 m * (1 + 2^2) / 200
@@ -51,6 +51,13 @@ def test_nothing_is_known_with_two_corners_or_with_those_of_others() -> None:
     for tracks in (no_tracks(), two, join(two, watched(CRATE, LABEL + 1))):
         (region,) = described(seen(CRATE), tracks)
         assert (region.motion, region.height_m, region.flat) == ("unknown", None, False)
+
+
+def test_a_region_without_area_is_left_out() -> None:
+    u, v = (int(place) for place in VIEW.nadir_px)
+    for compact in (True, False):
+        borders = Borders([np.array([[u, v - 40], [u + 1, v - 40]], np.int32)], [compact], np.zeros(VIEW.range_m.shape, np.uint8))
+        assert describe(borders, np.array([LABEL], np.int32), no_tracks(), VIEW, PROJECTION) == []
 
 
 def test_a_marking_is_flat() -> None:
