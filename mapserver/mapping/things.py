@@ -1,4 +1,4 @@
-"""What stands in the arena: every thing with the views that show it, its footprint and height, and how far it is believed in.
+"""What stands in the arena: which region shows which thing, which things are one, and which are not believed in any more.
 
 A thing is believed in the more often it is seen, and forgotten after a few clear views of bare floor where it should rise, so that what is
 carried away leaves the map. Views that other robots cut off count for or against it, but not for its shape.
@@ -8,9 +8,7 @@ from __future__ import annotations
 
 import heapq
 import math
-from collections import defaultdict, deque
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
 
 import numpy as np
 import shapely
@@ -18,74 +16,21 @@ from numpy.typing import NDArray
 
 from mapserver.mapping.belief import Belief
 from mapserver.mapping.bodies import Body
-from mapserver.mapping.prism import Footprint, SeenHeight, Silhouette, footprint, height_of, silhouette_stretch, silhouettes_of
+from mapserver.mapping.prism import SeenHeight, Silhouette, footprint, silhouette_stretch, silhouettes_of
+from mapserver.mapping.thing import Thing
 from mapserver.mapping.view import StandingRegion, View, lay
-from protocol.fields import Packed
 from protocol.geometry import Array, Pose2
 from protocol.messages import LocalMap, MapObject
 
 MATCH_M = 0.06  # a region whose base line begins this near to a thing may show it
-DIRECTION_BINS, VIEWS_PER_BIN = 18, 3  # views kept: the best from each side
-MOST_HEIGHTS = 150  # the newest count
-HEIGHT_STEP_M = 0.002  # a height that changes by less leaves the footprint as it is
-LEAST_VIEWS = 2
 SHOWN_SHARE = 0.25  # of a thing's silhouette that regions must cover to show it ...
 MISSED_SHARE = 0.08  # ... and below which it is missed
-GAIN, LOSS = 0.4, 0.8  # of belief, for one clear view
-MOST_BELIEF, SHOWN_BELIEF, FORGOTTEN_BELIEF = 3.0, 0.3, -0.5
-DISTANT_GAIN = 0.1  # what even a distant view adds
+LOSS = 0.8  # of belief, for one clear view
+FORGOTTEN_BELIEF = -0.5
 EXPLAINED_SHARE, EXPLAINED_MARGIN_M = 0.7, 0.02  # of an outline within the silhouette of a known thing
 SAME_SHARE = 0.4  # of the smaller footprint: with so much in common, two things are one
-LEAST_AREA_M2 = 3e-4
-LEAST_CENTRE_SIGMA_M = 0.003
 GUESS_NS = 30_000_000_000  # what is not in the map, and not seen again for so long, is forgotten
 MOST_THINGS = 500
-
-
-@dataclass(eq=False)
-class _Thing:
-    number: int
-    shape: Footprint
-    height_m: float | None
-    seen_ns: int
-    belief: float = 0.0
-    observations: int = 0
-    seen_by: set[str] = field(default_factory=set)
-    views: list[Silhouette] = field(default_factory=list)  # that give the thing its shape
-    heights: deque[SeenHeight] = field(default_factory=lambda: deque(maxlen=MOST_HEIGHTS))
-
-    def is_shown(self) -> bool:
-        """Tell whether the thing belongs in the map."""
-        known = self.height_m is not None and self.observations >= LEAST_VIEWS
-        return known and self.belief > SHOWN_BELIEF and self.shape.base.area > LEAST_AREA_M2
-
-    def count(self, view: View, distance_m: float) -> None:
-        """Believe in the thing the more, for a view that shows it."""
-        self.belief = min(MOST_BELIEF, self.belief + GAIN * max(view.clarity(distance_m), DISTANT_GAIN))
-        self.observations += 1
-        self.seen_by.add(view.robot)
-        self.seen_ns = view.stamp_ns
-
-    def add(self, views: Sequence[Silhouette], heights: Sequence[SeenHeight]) -> bool:
-        """Keep those views that are among the best from their side, and tell whether the thing was fitted anew."""
-        best = _best_of_each_side([*self.views, *views])
-        better = any(view not in self.views for view in best)
-        self.views = best
-        self.heights.extend(heights)
-        height_m = height_of(self.heights)
-        taller = height_m is not None and (self.height_m is None or abs(height_m - self.height_m) > HEIGHT_STEP_M)
-        if not (better or taller):
-            return False
-        self.height_m = height_m
-        self.shape = footprint(self.views, height_m) or self.shape
-        return True
-
-    def take_over(self, other: _Thing) -> None:
-        """Take all that is known of another thing, which was this one seen from elsewhere."""
-        self.belief, self.observations = max(self.belief, other.belief), max(self.observations, other.observations)
-        self.seen_by |= other.seen_by
-        self.seen_ns = max(self.seen_ns, other.seen_ns)
-        self.add(other.views, other.heights)
 
 
 class ThingTracker:
@@ -93,7 +38,7 @@ class ThingTracker:
 
     def __init__(self) -> None:
         """Start with nothing."""
-        self._things: list[_Thing] = []  # in the order of their numbers
+        self._things: list[Thing] = []  # in the order of their numbers
         self._next_number = 0
 
     def observe(self, local_map: LocalMap, arena_from_body: Pose2, bodies: Sequence[Body]) -> None:
@@ -117,7 +62,7 @@ class ThingTracker:
 
     def objects(self, beliefs: Mapping[str, Belief]) -> tuple[MapObject, ...]:
         """Return the things that are believed in, with the robots' present `beliefs` for their uncertainty."""
-        return tuple(_object(thing, beliefs) for thing in self._things if thing.is_shown())
+        return tuple(thing.as_object(beliefs) for thing in self._things if thing.is_shown())
 
     def _judge(self, view: View) -> None:
         """Believe more in the things that the view shows, and less in those it misses."""
@@ -133,7 +78,7 @@ class ThingTracker:
             elif share < MISSED_SHARE:
                 thing.belief -= LOSS * view.clarity(distance_m)
 
-    def _shape(self, region: StandingRegion, view: View) -> _Thing | None:
+    def _shape(self, region: StandingRegion, view: View) -> Thing | None:
         """Give a region to the thing it shows, or to a new one, and return that where its shape changed."""
         heights = [height] if (height := view.seen_height(region)) is not None else []
         thing = self._shown_by(region)
@@ -146,7 +91,7 @@ class ThingTracker:
             return owner if owner.add([view.silhouette(region)], heights) else None
         return self._begin(region, view, heights)
 
-    def _shown_by(self, region: StandingRegion) -> _Thing | None:
+    def _shown_by(self, region: StandingRegion) -> Thing | None:
         """Return the thing that most of lies within a region, of those that its base line begins at."""
         if not self._things:
             return None
@@ -156,19 +101,19 @@ class ThingTracker:
             return near[0]
         return max(near, key=lambda thing: _share_inside(thing.shape.base, region.outline), default=None)
 
-    def _begin(self, region: StandingRegion, view: View, heights: Sequence[SeenHeight]) -> _Thing | None:
+    def _begin(self, region: StandingRegion, view: View, heights: Sequence[SeenHeight]) -> Thing | None:
         """Hold that a region shows a thing not known before."""
         silhouette = view.silhouette(region)
         if (shape := footprint([silhouette], None)) is None:
             return None
-        thing = _Thing(self._next_number, shape, None, view.stamp_ns, views=[silhouette])
+        thing = Thing(self._next_number, shape, None, view.stamp_ns, views=[silhouette])
         thing.count(view, region.distance_m)
         thing.heights.extend(heights)
         self._next_number += 1
         self._things.append(thing)
         return thing
 
-    def _join(self, thing: _Thing) -> None:
+    def _join(self, thing: Thing) -> None:
         """Join a thing that changed with another on the same floor, and drop those that it turns out to explain."""
         near = np.flatnonzero(shapely.intersects(_bases(self._things), thing.shape.base)).tolist()
         others = (self._things[index] for index in near if self._things[index] is not thing)
@@ -188,20 +133,11 @@ class ThingTracker:
         self._things = sorted(best, key=lambda thing: thing.number)
 
 
-def _best_of_each_side(views: Sequence[Silhouette]) -> list[Silhouette]:
-    """Return the views that resolve a thing best, of those from each side of the newest outline as many as are kept."""
-    towards = np.array([view.eye_m for view in views]) - views[-1].centre_m
-    sides: defaultdict[int, list[Silhouette]] = defaultdict(list)
-    for side, view in zip(np.floor(np.arctan2(towards[:, 1], towards[:, 0]) / (2.0 * np.pi) * DIRECTION_BINS), views, strict=True):
-        sides[int(side)].append(view)
-    return [view for side in sorted(sides) for view in sorted(sides[side], key=lambda item: -item.weight)[:VIEWS_PER_BIN]]
-
-
-def _bases(things: Sequence[_Thing]) -> list[shapely.Polygon]:
+def _bases(things: Sequence[Thing]) -> list[shapely.Polygon]:
     return [thing.shape.base for thing in things]
 
 
-def _silhouettes(things: Sequence[_Thing], eye_m: Array, eye_height_m: float) -> NDArray[np.object_]:
+def _silhouettes(things: Sequence[Thing], eye_m: Array, eye_height_m: float) -> NDArray[np.object_]:
     """Return what things cover on the floor, polygons (n,), from an eye; those of unknown height their bases."""
     heights_m = np.array([thing.height_m or 0.0 for thing in things])
     return silhouettes_of(_bases(things), heights_m, eye_m, eye_height_m)
@@ -222,12 +158,12 @@ def _share_inside(base: shapely.Polygon, outline: shapely.Polygon) -> float:
     return float(base.intersection(outline).area / base.area)
 
 
-def _is_ghost(thing: _Thing, known: _Thing) -> bool:
+def _is_ghost(thing: Thing, known: Thing) -> bool:
     """Tell whether all views of a thing of unknown height show but the upper part of a known one."""
     return thing.height_m is None and all(_explainer([known], view) is not None for view in thing.views)
 
 
-def _explainer(things: Sequence[_Thing], seen: Silhouette) -> _Thing | None:
+def _explainer(things: Sequence[Thing], seen: Silhouette) -> Thing | None:
     """Return the first of things of known height of which an outline is but the upper part, the base blending into the floor."""
     things = [thing for thing in things if _may_cover(thing, seen)]
     if not things:
@@ -239,7 +175,7 @@ def _explainer(things: Sequence[_Thing], seen: Silhouette) -> _Thing | None:
     return things[int(explaining[0])] if len(explaining) else None
 
 
-def _may_cover(thing: _Thing, seen: Silhouette) -> bool:
+def _may_cover(thing: Thing, seen: Silhouette) -> bool:
     """Tell whether the box around what a thing covers, seen from the eye of a view, reaches to within the margin of its outline."""
     base = np.array(thing.shape.base.bounds).reshape(2, 2)
     top = seen.eye_m + silhouette_stretch(thing.height_m or 0.0, seen.eye_height_m) * (base - seen.eye_m)
@@ -250,23 +186,3 @@ def _may_cover(thing: _Thing, seen: Silhouette) -> bool:
 def _is_same(first: shapely.Polygon, second: shapely.Polygon) -> bool:
     """Tell whether two footprints have so much of the smaller in common that they are of one thing."""
     return bool(first.intersection(second).area > SAME_SHARE * min(first.area, second.area))
-
-
-def _object(thing: _Thing, beliefs: Mapping[str, Belief]) -> MapObject:
-    covariance = _centre_covariance(thing, beliefs)
-    return MapObject(
-        id=thing.number,
-        kind="obstacle",
-        footprint=Packed.of(shapely.get_coordinates(shapely.orient_polygons(thing.shape.base))[:-1], "f8"),
-        height_m=thing.height_m,
-        seen_by=tuple(sorted(thing.seen_by)),
-        observations=thing.observations,
-        centre_covariance=(float(covariance[0, 0]), float(covariance[0, 1]), float(covariance[1, 1])),
-    )
-
-
-def _centre_covariance(thing: _Thing, beliefs: Mapping[str, Belief]) -> Array:
-    """Return the covariance of the footprint's centre, (2, 2) [m^2; arena]: how far single views disagree, and the best observer's own."""
-    observers = [beliefs[robot] for robot in sorted(thing.seen_by)]
-    placed = [observer.covariance_of_point(observer.arena_from_body.inverse().apply(thing.shape.centre_m)) for observer in observers]
-    return np.asarray(thing.shape.disagreement + LEAST_CENTRE_SIGMA_M**2 * np.eye(2) + min(placed, key=np.trace))

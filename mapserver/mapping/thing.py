@@ -1,0 +1,103 @@
+"""One thing that stands in the arena: the views that show it, its footprint and height, and how far it is believed in."""
+
+from __future__ import annotations
+
+from collections import defaultdict, deque
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+import shapely
+
+from mapserver.mapping.belief import Belief
+from mapserver.mapping.prism import Footprint, SeenHeight, Silhouette, footprint, height_of
+from mapserver.mapping.view import View
+from protocol.fields import Packed
+from protocol.geometry import Array
+from protocol.messages import MapObject
+
+DIRECTION_BINS, VIEWS_PER_BIN = 18, 3  # views kept: the best from each side
+MOST_HEIGHTS = 150  # the newest count
+HEIGHT_STEP_M = 0.002  # a height that changes by less leaves the footprint as it is
+LEAST_VIEWS = 2
+GAIN = 0.4  # of belief, for one clear view
+MOST_BELIEF, SHOWN_BELIEF = 3.0, 0.3
+DISTANT_GAIN = 0.1  # what even a distant view adds
+LEAST_AREA_M2 = 3e-4
+LEAST_CENTRE_SIGMA_M = 0.003
+
+
+@dataclass(eq=False)
+class Thing:
+    """What is known of one thing; `number` tells it from all others."""
+
+    number: int
+    shape: Footprint
+    height_m: float | None
+    seen_ns: int
+    belief: float = 0.0
+    observations: int = 0
+    seen_by: set[str] = field(default_factory=set)
+    views: list[Silhouette] = field(default_factory=list)  # that give the thing its shape
+    heights: deque[SeenHeight] = field(default_factory=lambda: deque(maxlen=MOST_HEIGHTS))
+
+    def is_shown(self) -> bool:
+        """Tell whether the thing belongs in the map."""
+        known = self.height_m is not None and self.observations >= LEAST_VIEWS
+        return known and self.belief > SHOWN_BELIEF and self.shape.base.area > LEAST_AREA_M2
+
+    def count(self, view: View, distance_m: float) -> None:
+        """Believe in the thing the more, for a view that shows it."""
+        self.belief = min(MOST_BELIEF, self.belief + GAIN * max(view.clarity(distance_m), DISTANT_GAIN))
+        self.observations += 1
+        self.seen_by.add(view.robot)
+        self.seen_ns = view.stamp_ns
+
+    def add(self, views: Sequence[Silhouette], heights: Sequence[SeenHeight]) -> bool:
+        """Keep those views that are among the best from their side, and tell whether the thing was fitted anew."""
+        best = _best_of_each_side([*self.views, *views])
+        better = any(view not in self.views for view in best)
+        self.views = best
+        self.heights.extend(heights)
+        height_m = height_of(self.heights)
+        taller = height_m is not None and (self.height_m is None or abs(height_m - self.height_m) > HEIGHT_STEP_M)
+        if not (better or taller):
+            return False
+        self.height_m = height_m
+        self.shape = footprint(self.views, height_m) or self.shape
+        return True
+
+    def take_over(self, other: Thing) -> None:
+        """Take all that is known of another thing, which was this one seen from elsewhere."""
+        self.belief, self.observations = max(self.belief, other.belief), max(self.observations, other.observations)
+        self.seen_by |= other.seen_by
+        self.seen_ns = max(self.seen_ns, other.seen_ns)
+        self.add(other.views, other.heights)
+
+    def as_object(self, beliefs: Mapping[str, Belief]) -> MapObject:
+        """Return the thing as it goes on the wire, with the robots' present `beliefs` for its uncertainty."""
+        covariance = self._centre_covariance(beliefs)
+        return MapObject(
+            id=self.number,
+            kind="obstacle",
+            footprint=Packed.of(shapely.get_coordinates(shapely.orient_polygons(self.shape.base))[:-1], "f8"),
+            height_m=self.height_m,
+            seen_by=tuple(sorted(self.seen_by)),
+            observations=self.observations,
+            centre_covariance=(float(covariance[0, 0]), float(covariance[0, 1]), float(covariance[1, 1])),
+        )
+
+    def _centre_covariance(self, beliefs: Mapping[str, Belief]) -> Array:
+        """Return the covariance of the footprint's centre, (2, 2) [m^2; arena]: by how much views disagree, and the best observer's own."""
+        observers = [beliefs[robot] for robot in sorted(self.seen_by)]
+        placed = [observer.covariance_of_point(observer.arena_from_body.inverse().apply(self.shape.centre_m)) for observer in observers]
+        return np.asarray(self.shape.disagreement + LEAST_CENTRE_SIGMA_M**2 * np.eye(2) + min(placed, key=np.trace))
+
+
+def _best_of_each_side(views: Sequence[Silhouette]) -> list[Silhouette]:
+    """Return the views that resolve a thing best, of those from each side of the newest outline as many as are kept."""
+    towards = np.array([view.eye_m for view in views]) - views[-1].centre_m
+    sides: defaultdict[int, list[Silhouette]] = defaultdict(list)
+    for side, view in zip(np.floor(np.arctan2(towards[:, 1], towards[:, 0]) / (2.0 * np.pi) * DIRECTION_BINS), views, strict=True):
+        sides[int(side)].append(view)
+    return [view for side in sorted(sides) for view in sorted(sides[side], key=lambda item: -item.weight)[:VIEWS_PER_BIN]]
