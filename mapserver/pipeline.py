@@ -46,7 +46,7 @@ class MapPipeline:
         self._robots = sorted(self._radii_m)
         self._graph = PoseGraph({robot.name: robot.start() for robot in robots})
         self._overlay = Overlay()
-        self._things = ThingTracker()
+        self._things = ThingTracker(self._overlay)
         self._movers = MoverWatch()
         self._objects: tuple[MapObject, ...] = ()
         self._clock = clock
@@ -61,12 +61,18 @@ class MapPipeline:
         with self._clock.stage("graph"):
             self._graph.update()
             beliefs = self._beliefs(batch.stamp_ns)
+        views, bodies = self._views(batch), self._bodies(batch.stamp_ns)
+        for view in views:
+            with self._clock.stage("objects"):
+                missed = self._things.observe(*view)
+                self._movers.observe(*view)
+            with self._clock.stage("overlay"):
+                self._overlay.integrate(*view, missed)
         with self._clock.stage("objects"):
-            views, bodies = self._views(batch), self._bodies(batch.stamp_ns)
-            self._observe_things(views, bodies)
+            self._things.clear(bodies)
             self._objects = self._things.objects(beliefs)
         with self._clock.stage("overlay"):
-            self._overlay_views(views, bodies)
+            self._overlay.clear(bodies)
             tiles = self._overlay.take_changes([item.footprint.array() for item in self._objects])
         return self._merged(batch.stamp_ns, beliefs, tiles)
 
@@ -96,17 +102,6 @@ class MapPipeline:
             observer = beliefs.pop(local_map.robot)
             for match in associate(local_map.sightings, observer, beliefs):
                 self._graph.see(local_map, match.robot, match.sighting)
-
-    def _observe_things(self, views: Sequence[_PlacedView], bodies: Sequence[Body]) -> None:
-        for view in views:
-            self._things.observe(*view)
-            self._movers.observe(*view)
-        self._things.clear(bodies)
-
-    def _overlay_views(self, views: Sequence[_PlacedView], bodies: Sequence[Body]) -> None:
-        for view in views:
-            self._overlay.integrate(*view)
-        self._overlay.clear(bodies)
 
     def _views(self, batch: Batch) -> list[_PlacedView]:
         """Return the local maps of robots that know where they are."""

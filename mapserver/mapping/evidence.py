@@ -45,15 +45,17 @@ class Evidence(NamedTuple):
     labels: Labels
 
 
-def evidence_of(local_map: LocalMap, arena_from_body: Pose2, bodies: Sequence[Body]) -> Evidence:
+def evidence_of(local_map: LocalMap, arena_from_body: Pose2, bodies: Sequence[Body], missed: Sequence[Array] = ()) -> Evidence:
     """Label the cells within the local map's floor range, seen from `arena_from_body`, among the other robots' `bodies`.
 
-    What hides behind things and other robots, what moves, and the own body are labelled NOTHING.
+    What hides behind things and other robots, what moves, the own body, and the footprints, (n, 2) [m; arena] each, of things that the view
+    has `missed` are labelled NOTHING.
     """
     eye_m = np.array(arena_from_body[:2])
     range_m = min(local_map.floor_range_m, MAX_RANGE_M)
     window = window_around(eye_m, range_m)
     sectors = [_to_cells(sector, window) for body in bodies if (sector := robot_sector(eye_m, body, 2.0 * range_m)) is not None]
+    sectors += [_to_cells(footprint_m, window) for footprint_m in missed]
     hidden = _filled(window, sectors) | _disc(window, eye_m, local_map.body_radius_m)
     labels = _disc(window, eye_m, range_m)  # FLOOR, until something stands there
     _paint_regions(labels, [_shape(region, local_map, arena_from_body, window) for region in local_map.regions])

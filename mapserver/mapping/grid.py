@@ -18,9 +18,10 @@ from protocol.messages import OCCUPIED, MapTile
 TILE_CELLS = 64
 CELL_M = 0.01
 
-FREE_BELOW = -0.3  # log-odds
-LEAST_LOG_ODDS = -3.0
-MOST_LOG_ODDS = 1.5  # where a thing was carried away, the floor is free after three sharp looks
+FREE_BELOW, BARE_BELOW, SURELY_BARE_BELOW = -0.3, -0.6, -1.2  # log-odds after about one, two and five sharp looks at the floor
+BASE_ABOVE = 0.8  # after two sharp looks at a base
+LEAST_LOG_ODDS = -1.5
+MOST_LOG_ODDS = 1.5
 
 Mask = NDArray[np.bool_]
 LogOdds = NDArray[np.float32]
@@ -96,6 +97,12 @@ class Grid:
                 gathered[place] = tile.log_odds
         return gathered
 
+    def log_odds_at(self, x_m: Array, y_m: Array) -> LogOdds:
+        """Return the log-odds, (rows, columns), in the cells at x (columns,) and y (rows,), both growing [m; arena]; 0 where no tile is."""
+        window = _window_of(np.array([x_m[0], y_m[0]]), np.array([x_m[-1], y_m[-1]]))
+        columns, rows = (np.floor((at_m - low_m) / CELL_M).astype(int) for at_m, low_m in zip((x_m, y_m), window.origin_m, strict=True))
+        return self.log_odds(window)[np.ix_(rows, columns)]
+
     def store(self, window: Window, log_odds: LogOdds, seen: Mask | Cells) -> None:
         """Replace the log-odds in a window by clipped ones; tiles without any cell `seen`, shape `window.shape`, stay as they are."""
         clipped = np.clip(log_odds, LEAST_LOG_ODDS, MOST_LOG_ODDS)
@@ -112,7 +119,8 @@ class Grid:
     def classify(self, footprints: Sequence[Array]) -> list[TileIndex]:
         """Classify the cells of all tiles touched, or covered by things now or before, and return the tiles in which any changed, sorted.
 
-        Cells inside one of the `footprints`, (n, 2) [m; arena] each, are OCCUPIED; elsewhere they are FREE where bare floor was seen.
+        OCCUPIED are cells in which the base of something was seen, and those inside one of the `footprints`, (n, 2) [m; arena] each, that
+        were not seen bare; elsewhere cells are FREE where bare floor was seen.
         """
         standing = self._standing(footprints)
         indices = sorted(self._touched | self._covered | standing.keys())
@@ -133,8 +141,9 @@ class Grid:
     def _classify(self, index: TileIndex, standing: Mask | None) -> bool:
         tile = self._tile(index)
         cells = (tile.log_odds < FREE_BELOW).view(np.uint8)  # FREE, else UNKNOWN
+        cells[tile.log_odds > BASE_ABOVE] = OCCUPIED
         if standing is not None:
-            cells[standing] = OCCUPIED
+            cells[standing & (tile.log_odds >= BARE_BELOW)] = OCCUPIED
         changed = not np.array_equal(cells, tile.cells)
         tile.cells = cells
         return changed

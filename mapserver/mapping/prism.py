@@ -9,7 +9,7 @@ footprint, its hidden side included, and the views vote.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from statistics import median
@@ -26,9 +26,11 @@ from protocol.geometry import Array
 RASTER_M = 0.005  # cells in which views vote
 MAJORITY = 0.65  # of the most votes that any cell has makes a cell part of the footprint; things that touch make outlines too large
 LEAST_AGREED = 0.5  # of the area of a typical single vote
-HEIGHT_QUANTILE = 0.6  # of the heights seen: corners below the top are told more often than any above it
+SMALL_M = 0.15  # what is no deeper need not have a base line as long
+HEIGHT_QUANTILE = 0.85  # of the heights seen: corners below the top are told more often than any above it
 LEAST_HEIGHTS = 2
 LEAST_SQUARE_HEIGHT, MOST_SQUARE_HEIGHT = 0.02, 0.7  # that a thing of unknown height may have [camera heights]
+MOST_DEPTH = 2.0  # of a thing, along the line of sight, in its widths: what looks deeper is higher than was told, or two things
 MOST_HEIGHT = 0.95  # of what stands as tall as the camera, or taller, no top is seen [camera heights]
 
 
@@ -93,6 +95,17 @@ class Vote(NamedTuple):
     cells: NDArray[np.uint8]  # 1 where it is
 
 
+# Tells where the floor was seen bare, (rows, columns), at x (columns,) and y (rows,), both growing [m; arena].
+IsBare = Callable[[Array, Array], NDArray[np.bool_]]
+
+
+class Ground(NamedTuple):
+    """What is known of the floor about a thing."""
+
+    is_bare: IsBare
+    base_m: Array  # (n, 2) centres of the cells in which the thing's own base line was seen [arena]; may be empty
+
+
 class Footprint(NamedTuple):
     """Where a thing stands."""
 
@@ -109,10 +122,11 @@ def height_of(seen: Sequence[SeenHeight]) -> float | None:
     return float(heights[np.searchsorted(np.cumsum(weights), HEIGHT_QUANTILE * weights.sum())])
 
 
-def footprint(views: Sequence[Silhouette], height_m: float | None) -> Footprint | None:
-    """Return the footprint that most views agree on; None where no view gives any.
+def footprint(views: Sequence[Silhouette], height_m: float | None, ground: Ground | None = None) -> Footprint | None:
+    """Return the footprint that most views agree on and the ground bears out; None where no view gives any.
 
-    A thing of unknown height is taken to be about as deep as it is wide.
+    A thing of unknown height is taken to be about as deep as it is wide. Its own base line is part of the footprint, floor that was seen
+    bare is not, and no part of it is farther from the base line than that is long.
     """
     pairs = [_with_shrunk(view, height_m) for view in views]
     lowest = np.array([pair.min(axis=1).max(axis=0) for pair in pairs])  # of the box that the outline and the shrunk one have in common
@@ -120,7 +134,8 @@ def footprint(views: Sequence[Silhouette], height_m: float | None) -> Footprint 
     overlap = np.flatnonzero((lowest < highest).all(axis=1))
     if not len(overlap):
         return None
-    origin = lowest[overlap].min(axis=0) - RASTER_M
+    base_m = np.empty((0, 2)) if ground is None else ground.base_m
+    origin = np.vstack([lowest[overlap], base_m]).min(axis=0) - 2.0 * RASTER_M
     first = np.floor((lowest[overlap] - origin) / RASTER_M).astype(int) - 1
     beyond = np.ceil((highest[overlap] - origin) / RASTER_M).astype(int) + 2
     votes = [
@@ -130,7 +145,9 @@ def footprint(views: Sequence[Silhouette], height_m: float | None) -> Footprint 
     ]
     if not votes:
         return None
-    base = _hull(_majority(votes, beyond.max(axis=0)), origin)
+    size = np.vstack([beyond, np.ceil((base_m - origin) / RASTER_M).astype(int) + 2]).max(axis=0)
+    agreed = _majority(votes, size)
+    base = _hull(agreed if ground is None else _on_ground(agreed, ground, origin), origin)
     centre_m = shapely.get_coordinates(shapely.centroid(base))[0]
     return Footprint(base, centre_m, _second_moments(_centres(votes, origin) - centre_m))
 
@@ -157,7 +174,8 @@ def _shrink(height_m: Array | float, eye_height_m: float) -> Array:
 
 def _with_shrunk(view: Silhouette, height_m: float | None) -> Array:
     """Return a view's outline and its copy drawn towards the eye by the thing's height, shape (2, n, 2) [m; arena]."""
-    scale = _square_scale(view.extent) if height_m is None else float(_shrink(height_m, view.eye_height_m))
+    square = _scale_for(view.extent, 1.0)
+    scale = square if height_m is None else min(float(_shrink(height_m, view.eye_height_m)), _scale_for(view.extent, MOST_DEPTH))
     shrunk = view.eye_m + scale * (view.corners - view.eye_m)
     return np.stack([shrunk if _is_top_only(view.extent, scale) else view.corners, shrunk])
 
@@ -170,12 +188,12 @@ def _is_top_only(extent: Extent, scale: float) -> bool:
     return extent.far_m * scale < extent.near_m
 
 
-def _square_scale(extent: Extent) -> float:
-    """Return the scale at which the thing becomes as deep, along the line of sight, as it is wide across."""
-    if extent.far_m <= extent.width_m:
+def _scale_for(extent: Extent, depth: float) -> float:
+    """Return the scale at which the thing becomes `depth` times as deep, along the line of sight, as it is wide across."""
+    if extent.far_m <= depth * extent.width_m:
         return 1.0
-    # The width is that of the top, s times too wide, as is its distance: far / s - near = width / s.
-    scale = extent.near_m / (extent.far_m - extent.width_m)
+    # The width is that of the top, s times too wide, as is its distance: far / s - near = depth * width / s.
+    scale = extent.near_m / (extent.far_m - depth * extent.width_m)
     return min(max(scale, 1.0 - MOST_SQUARE_HEIGHT), 1.0 - LEAST_SQUARE_HEIGHT)
 
 
@@ -208,6 +226,20 @@ def _majority(votes: Sequence[Vote], size: NDArray[np.int_]) -> NDArray[np.bool_
         return agreed
     voted = count[count > 0.0]
     return np.asarray(agreed | (count >= np.partition(voted, -least)[-least]))
+
+
+def _on_ground(agreed: NDArray[np.bool_], ground: Ground, origin: Array) -> NDArray[np.bool_]:
+    """Return the cells that views agree on, less bare floor and what is too far from the base line, and with that."""
+    rows, columns = agreed.shape
+    kept = agreed & ~ground.is_bare(origin[0] + (np.arange(columns) + 0.5) * RASTER_M, origin[1] + (np.arange(rows) + 0.5) * RASTER_M)
+    if len(ground.base_m):
+        base = np.zeros(agreed.shape, np.uint8)
+        for column, row in np.floor((ground.base_m - origin) / RASTER_M).astype(int).tolist():
+            base[row - 1 : row + 1, column - 1 : column + 1] = 1
+        away_m = cv2.distanceTransform(1 - base, cv2.DIST_L2, cv2.DIST_MASK_PRECISE) * RASTER_M
+        length_m = float(np.hypot(*np.ptp(ground.base_m, axis=0)))
+        kept = (kept & (away_m < max(length_m, SMALL_M))) | (base > 0)
+    return kept if kept.any() else agreed
 
 
 def _hull(mask: NDArray[np.bool_], origin: Array) -> shapely.Polygon:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections import defaultdict, deque
+import heapq
+from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
@@ -10,19 +11,20 @@ import numpy as np
 import shapely
 
 from mapserver.mapping.belief import Belief
-from mapserver.mapping.prism import Footprint, SeenHeight, Silhouette, footprint, height_of
+from mapserver.mapping.prism import Footprint, Ground, IsBare, SeenHeight, Silhouette, footprint, height_of
 from mapserver.mapping.view import View
 from protocol.fields import Packed
 from protocol.geometry import Array
 from protocol.messages import MapObject
 
 DIRECTION_BINS, VIEWS_PER_BIN = 18, 3  # views kept: the best from each side
-MOST_HEIGHTS = 150  # the newest count
+MOST_HEIGHTS = 150  # the best resolved count
 HEIGHT_STEP_M = 0.002  # a height that changes by less leaves the footprint as it is
 LEAST_VIEWS = 2
 GAIN = 0.4  # of belief, for one clear view
-MOST_BELIEF, SHOWN_BELIEF = 3.0, 0.3
+MOST_BELIEF, SHOWN_BELIEF = 3.0, 0.6
 DISTANT_GAIN = 0.1  # what even a distant view adds
+BORDER_STEP_M = 0.02
 LEAST_AREA_M2 = 3e-4
 LEAST_CENTRE_SIGMA_M = 0.003
 
@@ -33,18 +35,25 @@ class Thing:
 
     number: int
     shape: Footprint
+    anchor_m: Array  # (2,) on its base line, where it was last seen [arena]
     height_m: float | None
     seen_ns: int
     belief: float = 0.0
     observations: int = 0
     seen_by: set[str] = field(default_factory=set)
     views: list[Silhouette] = field(default_factory=list)  # that give the thing its shape
-    heights: deque[SeenHeight] = field(default_factory=lambda: deque(maxlen=MOST_HEIGHTS))
+    heights: list[SeenHeight] = field(default_factory=list)  # that views told best
+    base_m: Array = field(default_factory=lambda: np.empty((0, 2)))  # (n, 2) centres of the cells with its base line [arena]
 
     def is_shown(self) -> bool:
         """Tell whether the thing belongs in the map."""
         known = self.height_m is not None and self.observations >= LEAST_VIEWS
         return known and self.belief > SHOWN_BELIEF and self.shape.base.area > LEAST_AREA_M2
+
+    def border_m(self) -> Array:
+        """Return points on the footprint's border, (n, 2) [m; arena], and where the thing's base line was last seen."""
+        corners = shapely.get_coordinates(shapely.segmentize(self.shape.base, BORDER_STEP_M))
+        return np.vstack([corners, self.anchor_m])
 
     def count(self, view: View, distance_m: float) -> None:
         """Believe in the thing the more, for a view that shows it."""
@@ -53,26 +62,31 @@ class Thing:
         self.seen_by.add(view.robot)
         self.seen_ns = view.stamp_ns
 
-    def add(self, views: Sequence[Silhouette], heights: Sequence[SeenHeight]) -> bool:
+    def add(self, views: Sequence[Silhouette], heights: Sequence[SeenHeight], is_bare: IsBare) -> bool:
         """Keep those views that are among the best from their side, and tell whether the thing was fitted anew."""
         best = _best_of_each_side([*self.views, *views])
         better = any(view not in self.views for view in best)
         self.views = best
-        self.heights.extend(heights)
+        self.heights = heapq.nlargest(MOST_HEIGHTS, [*self.heights, *heights], key=lambda seen: seen.weight)
         height_m = height_of(self.heights)
         taller = height_m is not None and (self.height_m is None or abs(height_m - self.height_m) > HEIGHT_STEP_M)
         if not (better or taller):
             return False
         self.height_m = height_m
-        self.shape = footprint(self.views, height_m) or self.shape
+        self.fit(is_bare)
         return True
 
-    def take_over(self, other: Thing) -> None:
+    def fit(self, is_bare: IsBare) -> None:
+        """Fit the footprint to the views and to the floor that is known by now to be bare."""
+        self.shape = footprint(self.views, self.height_m, Ground(is_bare, self.base_m)) or self.shape
+
+    def take_over(self, other: Thing, is_bare: IsBare) -> None:
         """Take all that is known of another thing, which was this one seen from elsewhere."""
         self.belief, self.observations = max(self.belief, other.belief), max(self.observations, other.observations)
         self.seen_by |= other.seen_by
+        self.anchor_m = self.anchor_m if self.seen_ns >= other.seen_ns else other.anchor_m
         self.seen_ns = max(self.seen_ns, other.seen_ns)
-        self.add(other.views, other.heights)
+        self.add(other.views, other.heights, is_bare)
 
     def as_object(self, beliefs: Mapping[str, Belief]) -> MapObject:
         """Return the thing as it goes on the wire, with the robots' present `beliefs` for its uncertainty."""

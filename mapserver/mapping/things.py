@@ -1,7 +1,8 @@
 """What stands in the arena: which region shows which thing, which things are one, and which are not believed in any more.
 
+A region shows the thing on whose base its near border lies: the cells with a base that no bare floor parts are of one thing (clusters.py).
 A thing is believed in the more often it is seen, and forgotten after a few clear views of bare floor where it should rise, so that what is
-carried away leaves the map. Views that other robots cut off count for or against it, but not for its shape.
+carried away leaves the map. What cuts off a view, another robot or a nearer thing, makes it count neither way.
 """
 
 from __future__ import annotations
@@ -9,6 +10,7 @@ from __future__ import annotations
 import heapq
 import math
 from collections.abc import Mapping, Sequence
+from typing import Protocol
 
 import numpy as np
 import shapely
@@ -16,42 +18,100 @@ from numpy.typing import NDArray
 
 from mapserver.mapping.belief import Belief
 from mapserver.mapping.bodies import Body
-from mapserver.mapping.prism import SeenHeight, Silhouette, footprint, silhouette_stretch, silhouettes_of
+from mapserver.mapping.clusters import Clusters
+from mapserver.mapping.prism import footprint, silhouettes_of
 from mapserver.mapping.thing import Thing
 from mapserver.mapping.view import StandingRegion, View, lay
 from protocol.geometry import Array, Pose2
 from protocol.messages import LocalMap, MapObject
 
-MATCH_M = 0.06  # a region whose base line begins this near to a thing may show it
-SHOWN_SHARE = 0.25  # of a thing's silhouette that regions must cover to show it ...
-MISSED_SHARE = 0.08  # ... and below which it is missed
+MATCH_M, MATCH_RAD = 0.06, 0.01  # a region whose base line begins so near to a thing shows it; the angle is a few pixels
+MISSED_SHARE = 0.08  # of a thing's silhouette: where regions cover less of it, it is missed
 LOSS = 0.8  # of belief, for one clear view
 FORGOTTEN_BELIEF = -0.5
-EXPLAINED_SHARE, EXPLAINED_MARGIN_M = 0.7, 0.02  # of an outline within the silhouette of a known thing
-SAME_SHARE = 0.4  # of the smaller footprint: with so much in common, two things are one
+SAME_SHARE, SAME_MARGIN_M = 0.4, 0.03  # with so much of the smaller footprint, grown by a margin, in common, two things are one
 GUESS_NS = 30_000_000_000  # what is not in the map, and not seen again for so long, is forgotten
 MOST_THINGS = 500
+NEAR_BORDER_M = 0.03  # of a region: all of its border that is at most so much farther than the nearest point
+
+
+class KnownFloor(Protocol):
+    """What is known of the floor by now."""
+
+    def is_bare(self, x_m: Array, y_m: Array) -> NDArray[np.bool_]:
+        """Tell, (rows, columns), where bare floor was seen, at x (columns,) and y (rows,), both growing [m; arena]."""
+        ...
+
+    def clusters(self, centre_m: Array, radius_m: float) -> Clusters:
+        """Return the clusters of base cells around a centre, (2,) [m; arena]."""
+        ...
 
 
 class ThingTracker:
     """Holds all things; `observe` local maps, `clear` where robots stand, then read the map's objects."""
 
-    def __init__(self) -> None:
-        """Start with nothing."""
+    def __init__(self, floor: KnownFloor) -> None:
+        """Start with nothing; `floor` is asked for what is known when it is asked."""
+        self._floor = floor
         self._things: list[Thing] = []  # in the order of their numbers
+        self._unfitted: list[Thing] = []  # since more floor may be known to be bare
         self._next_number = 0
 
-    def observe(self, local_map: LocalMap, arena_from_body: Pose2, bodies: Sequence[Body]) -> None:
-        """Take what one robot saw from `arena_from_body`, the other robots standing at `bodies`."""
+    def observe(self, local_map: LocalMap, arena_from_body: Pose2, bodies: Sequence[Body]) -> list[Array]:
+        """Take what one robot saw from `arena_from_body`, the other robots standing at `bodies`.
+
+        Return the footprints, (n, 2) [m; arena] each, of the things that are believed in and that this view has missed: the bare floor that
+        it shows there is no floor yet.
+        """
         if local_map.picture == "dropped":
-            return
+            return []
         view = lay(local_map, arena_from_body, bodies)
-        self._judge(view)
-        shaped = [self._shape(region, view) for region in view.regions if view.shows_whole(region)]
-        for thing in {item.number: item for item in shaped if item is not None}.values():
-            if thing in self._things:  # not yet joined with another
-                self._join(thing)
+        shown = self._assign(view, self._floor.clusters(view.eye_m, view.range_m))
+        for thing, distance_m in shown.values():
+            thing.count(view, distance_m)
+        missed = self._missed(view, set(shown))
+        for thing in missed:
+            thing.belief -= LOSS * view.clarity(math.dist(thing.anchor_m, view.eye_m))
+        for thing, _ in shown.values():
+            self._join(thing)
+        self._fit_next()
         self._forget(view.stamp_ns)
+        return [shapely.get_coordinates(thing.shape.base) for thing in missed if thing.is_shown()]
+
+    def _assign(self, view: View, clusters: Clusters) -> dict[int, tuple[Thing, float]]:
+        """Give every region that shows a thing whole to that, or to a new one; return those things by number, with their distance [m]."""
+        on_cluster = self._on_clusters(clusters)
+        shown: dict[int, tuple[Thing, float]] = {}
+        for region in view.regions:
+            if not view.shows_whole(region):
+                continue
+            cluster = _cluster_of(region, view.eye_m, clusters)
+            thing = (on_cluster.get(cluster) if cluster else self._nearest(region, view)) or self._begin(region, view)
+            if thing is not None:
+                if cluster:
+                    on_cluster[cluster] = thing
+                self._shape(thing, region, view)
+                shown[thing.number] = thing, min(region.distance_m, shown.get(thing.number, (thing, math.inf))[1])
+        return shown
+
+    def _nearest(self, region: StandingRegion, view: View) -> Thing | None:
+        """Return the thing on whose footprint a region's base line begins, or nearly so."""
+        if not self._things:
+            return None
+        away_m = shapely.distance(_bases(self._things), shapely.Point(region.nearest_m))
+        nearest = int(np.argmin(away_m))
+        return self._things[nearest] if away_m[nearest] < MATCH_M + MATCH_RAD * view.metres_per_rad(region.distance_m) else None
+
+    def _missed(self, view: View, shown: set[int]) -> list[Thing]:
+        """Return the things that a view should show, and does not."""
+        expected = [thing for thing in self._things if thing.number not in shown]
+        if not expected:
+            return []
+        silhouettes = _silhouettes(expected, view.eye_m, view.eye_height_m)
+        distances_m = shapely.distance(_bases(expected), shapely.Point(view.eye_m))
+        is_open = np.flatnonzero(view.is_open(silhouettes, distances_m))
+        shares = _shown_shares(silhouettes[is_open], view)
+        return [expected[index] for index, share in zip(is_open.tolist(), shares, strict=True) if share < MISSED_SHARE]
 
     def clear(self, bodies: Sequence[Body]) -> None:
         """Believe in nothing where robots stand."""
@@ -64,66 +124,55 @@ class ThingTracker:
         """Return the things that are believed in, with the robots' present `beliefs` for their uncertainty."""
         return tuple(thing.as_object(beliefs) for thing in self._things if thing.is_shown())
 
-    def _judge(self, view: View) -> None:
-        """Believe more in the things that the view shows, and less in those it misses."""
-        if not self._things:
-            return
-        distances_m = shapely.distance(_bases(self._things), shapely.Point(view.eye_m))
-        silhouettes = _silhouettes(self._things, view.eye_m, view.eye_height_m)
-        is_open = np.flatnonzero(view.is_open(silhouettes, distances_m))
-        for index, share in zip(is_open.tolist(), _shown_shares(silhouettes[is_open], view), strict=True):
-            thing, distance_m = self._things[index], float(distances_m[index])
-            if share > SHOWN_SHARE:
-                thing.count(view, distance_m)
-            elif share < MISSED_SHARE:
-                thing.belief -= LOSS * view.clarity(distance_m)
+    def _on_clusters(self, clusters: Clusters) -> dict[int, Thing]:
+        """Return the thing on each cluster in sight that has one; things on one cluster are joined."""
+        found: dict[int, Thing] = {}
+        for thing in list(self._things):
+            cluster = clusters.most_at(thing.border_m())
+            if cluster in found:
+                self._take_over(found[cluster], thing)
+            elif cluster:
+                found[cluster] = thing
+                thing.base_m = clusters.cells_of(cluster)
+        return found
 
-    def _shape(self, region: StandingRegion, view: View) -> Thing | None:
-        """Give a region to the thing it shows, or to a new one, and return that where its shape changed."""
-        heights = [height] if (height := view.seen_height(region)) is not None else []
-        thing = self._shown_by(region)
-        if thing is not None:
-            return thing if thing.add([view.silhouette(region)], heights) else None
-        if view.clarity(region.distance_m) <= 0.0:
-            return None
-        owner = _explainer([thing for thing in self._things if thing.height_m is not None], view.silhouette(region))
-        if owner is not None:
-            return owner if owner.add([view.silhouette(region)], heights) else None
-        return self._begin(region, view, heights)
-
-    def _shown_by(self, region: StandingRegion) -> Thing | None:
-        """Return the thing that most of lies within a region, of those that its base line begins at."""
-        if not self._things:
-            return None
-        is_near = shapely.dwithin(_bases(self._things), shapely.Point(region.nearest_m), MATCH_M)
-        near = [self._things[index] for index in np.flatnonzero(is_near)]
-        if len(near) == 1:
-            return near[0]
-        return max(near, key=lambda thing: _share_inside(thing.shape.base, region.outline), default=None)
-
-    def _begin(self, region: StandingRegion, view: View, heights: Sequence[SeenHeight]) -> Thing | None:
-        """Hold that a region shows a thing not known before."""
+    def _begin(self, region: StandingRegion, view: View) -> Thing | None:
+        """Hold that a region shows a thing not known before; None where it is too far away."""
         silhouette = view.silhouette(region)
-        if (shape := footprint([silhouette], None)) is None:
+        if view.clarity(region.distance_m) <= 0.0 or (shape := footprint([silhouette], None)) is None:
             return None
-        thing = Thing(self._next_number, shape, None, view.stamp_ns, views=[silhouette])
-        thing.count(view, region.distance_m)
-        thing.heights.extend(heights)
+        thing = Thing(self._next_number, shape, region.nearest_m, None, view.stamp_ns)
         self._next_number += 1
         self._things.append(thing)
         return thing
 
+    def _shape(self, thing: Thing, region: StandingRegion, view: View) -> None:
+        heights = [height] if (height := view.seen_height(region)) is not None else []
+        thing.anchor_m = region.nearest_m
+        thing.add([view.silhouette(region)], heights, self._floor.is_bare)
+
     def _join(self, thing: Thing) -> None:
-        """Join a thing that changed with another on the same floor, and drop those that it turns out to explain."""
-        near = np.flatnonzero(shapely.intersects(_bases(self._things), thing.shape.base)).tolist()
-        others = (self._things[index] for index in near if self._things[index] is not thing)
-        twin = next((other for other in others if _is_same(thing.shape.base, other.shape.base)), None)
-        if twin is not None:
-            thing, newer = sorted((thing, twin), key=lambda item: item.number)
-            thing.take_over(newer)
-            self._things.remove(newer)
-        if thing.height_m is not None:
-            self._things = [other for other in self._things if not _is_ghost(other, thing)]
+        """Join a thing with another on the same floor."""
+        if thing not in self._things:  # joined already
+            return
+        for index in np.flatnonzero(shapely.dwithin(_bases(self._things), thing.shape.base, SAME_MARGIN_M)).tolist():
+            other = self._things[index]
+            if other is not thing and _is_same(thing.shape.base, other.shape.base):
+                self._take_over(*sorted((thing, other), key=lambda item: item.number))
+                return
+
+    def _take_over(self, thing: Thing, newer: Thing) -> None:
+        thing.take_over(newer, self._floor.is_bare)
+        self._things.remove(newer)
+
+    def _fit_next(self) -> None:
+        """Fit one thing anew, each in its turn: by now floor beside it may have been seen bare."""
+        while self._unfitted:
+            thing = self._unfitted.pop()
+            if thing in self._things:
+                thing.fit(self._floor.is_bare)
+                return
+        self._unfitted = list(self._things)
 
     def _forget(self, stamp_ns: int) -> None:
         """Forget what is not believed in, what stayed a guess, and, of too much, the least believed."""
@@ -154,35 +203,13 @@ def _shown_shares(silhouettes: NDArray[np.object_], view: View) -> Array:
     return np.asarray(common_m2 / shapely.area(silhouettes))
 
 
-def _share_inside(base: shapely.Polygon, outline: shapely.Polygon) -> float:
-    return float(base.intersection(outline).area / base.area)
-
-
-def _is_ghost(thing: Thing, known: Thing) -> bool:
-    """Tell whether all views of a thing of unknown height show but the upper part of a known one."""
-    return thing.height_m is None and all(_explainer([known], view) is not None for view in thing.views)
-
-
-def _explainer(things: Sequence[Thing], seen: Silhouette) -> Thing | None:
-    """Return the first of things of known height of which an outline is but the upper part, the base blending into the floor."""
-    things = [thing for thing in things if _may_cover(thing, seen)]
-    if not things:
-        return None
-    silhouettes = _silhouettes(things, seen.eye_m, seen.eye_height_m)
-    near = np.flatnonzero(shapely.dwithin(silhouettes, seen.outline, EXPLAINED_MARGIN_M))
-    common = shapely.intersection(shapely.buffer(silhouettes[near], EXPLAINED_MARGIN_M, quad_segs=2), seen.outline)
-    explaining = near[shapely.area(common) > EXPLAINED_SHARE * seen.outline.area]
-    return things[int(explaining[0])] if len(explaining) else None
-
-
-def _may_cover(thing: Thing, seen: Silhouette) -> bool:
-    """Tell whether the box around what a thing covers, seen from the eye of a view, reaches to within the margin of its outline."""
-    base = np.array(thing.shape.base.bounds).reshape(2, 2)
-    top = seen.eye_m + silhouette_stretch(thing.height_m or 0.0, seen.eye_height_m) * (base - seen.eye_m)
-    low, high = np.minimum(base[0], top[0]) - EXPLAINED_MARGIN_M, np.maximum(base[1], top[1]) + EXPLAINED_MARGIN_M
-    return bool((low <= seen.highest_m).all() and (high >= seen.lowest_m).all())
+def _cluster_of(region: StandingRegion, eye_m: Array, clusters: Clusters) -> int:
+    """Return the cluster on which most of a region's near border lies; 0 where it lies on none."""
+    corners = shapely.get_coordinates(region.outline)
+    return clusters.most_at(corners[np.hypot(*(corners - eye_m).T) < region.distance_m + NEAR_BORDER_M])
 
 
 def _is_same(first: shapely.Polygon, second: shapely.Polygon) -> bool:
     """Tell whether two footprints have so much of the smaller in common that they are of one thing."""
-    return bool(first.intersection(second).area > SAME_SHARE * min(first.area, second.area))
+    smaller, larger = sorted((first, second), key=lambda base: base.area)
+    return bool(smaller.buffer(SAME_MARGIN_M, quad_segs=2).intersection(larger).area > SAME_SHARE * smaller.area)

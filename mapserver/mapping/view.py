@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from mapserver.mapping.bodies import Body, robot_sector
 from mapserver.mapping.prism import SeenHeight, Silhouette
+from mapserver.mapping.stretches import stretches_of
 from protocol.geometry import Array, Pose2
 from protocol.messages import LocalMap
 
@@ -55,6 +56,10 @@ class View:
         """Return how well a thing at this distance is resolved: a pixel's length on the floor, squared and inverted."""
         return 1.0 / (1.0 + (distance_m / self.eye_height_m) ** 2) ** 2
 
+    def metres_per_rad(self, distance_m: float) -> float:
+        """Return how far apart on the floor, along the line of sight, two directions a radian apart meet it: d tan(a) = r / h."""
+        return (self.eye_height_m**2 + distance_m**2) / self.eye_height_m
+
     def shows_whole(self, region: StandingRegion) -> bool:
         """Tell whether no other robot, nor a nearer thing, cuts off a region. Where the reach does, its base line is still whole."""
         return not region.covered and not region.outline.intersects(self.hidden)
@@ -86,7 +91,9 @@ def lay(local_map: LocalMap, arena_from_body: Pose2, bodies: Sequence[Body]) -> 
     outlines = _polygons([arena_from_body.apply(region.outline.metres()) for region in local_map.regions])
     laid = [(region, outline) for region, outline in zip(local_map.regions, outlines, strict=True) if outline is not None]
     moving = [outline for region, outline in laid if region.motion == "moving"]
-    standing = [(outline, region.height_m) for region, outline in laid if region.motion != "moving"]
+    standing = [
+        (stretch, region.height_m) for region, outline in laid if region.motion != "moving" for stretch in stretches_of(outline, eye_m)
+    ]
     return View(
         robot=local_map.robot,
         stamp_ns=local_map.stamp_ns,

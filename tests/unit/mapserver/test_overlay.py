@@ -1,4 +1,4 @@
-"""The overlay: bare floor is free, what things cover is occupied, and all else is unknown."""
+"""The overlay: bare floor is free, base lines and what things cover are occupied, and all else is unknown."""
 
 from __future__ import annotations
 
@@ -68,11 +68,27 @@ def test_what_one_view_hides_another_frees() -> None:
     assert world.cell(0.2, 0.0) == FREE
 
 
-def test_cells_are_occupied_inside_footprints_and_nowhere_else() -> None:
+def test_cells_are_occupied_inside_footprints_and_where_a_base_was_seen() -> None:
     world = Map()
     world.see(WEST, [box_from(WEST)], times=5)
     assert [world.cell(x_m, 0.0, [BOX]) for x_m in (-0.135, -0.115, 0.0, 0.115, 0.135)] == [FREE, OCCUPIED, OCCUPIED, OCCUPIED, UNKNOWN]
-    assert world.cell(0.0, 0.0) == UNKNOWN
+    assert [world.cell(x_m, 0.0) for x_m in (-0.135, -0.1, 0.0)] == [FREE, OCCUPIED, UNKNOWN]
+
+
+def test_a_footprint_frees_no_floor_and_covers_none_that_was_seen_bare() -> None:
+    world = Map()
+    world.see(WEST, times=9)
+    too_long = rectangle(0.0, 0.0, 8.0, 0.2)
+    assert [world.cell(x_m, 0.0, [too_long]) for x_m in (-0.3, 0.0, 3.9)] == [FREE, FREE, OCCUPIED]
+
+
+def test_floor_that_a_missed_thing_stands_on_is_not_bare() -> None:
+    overlay = Overlay()
+    world = Map()
+    world.overlay = overlay
+    for _ in range(9):
+        overlay.integrate(local_map("r1", 0), WEST, [], missed=[BOX])
+    assert [world.cell(x_m, 0.0) for x_m in (-0.135, -0.1, 0.1, 0.135)] == [FREE, UNKNOWN, UNKNOWN, FREE]
 
 
 def test_a_footprint_across_tiles_and_on_floor_never_seen_is_occupied() -> None:
@@ -95,23 +111,27 @@ def test_where_a_thing_was_carried_away_the_floor_becomes_free() -> None:
     world = Map()
     world.see(WEST, [box_from(WEST)], times=20)
     assert world.cell(0.0, 0.0, [BOX]) == OCCUPIED
-    world.see(WEST, times=4)
+    world.see(WEST, times=8)
     assert [world.cell(x_m, 0.0) for x_m in (-0.11, 0.0, 0.15)] == [FREE, FREE, FREE]
 
 
-def test_the_base_of_something_put_on_free_floor_is_unknown_until_it_is_a_thing() -> None:
+def test_the_base_of_something_put_on_free_floor_is_occupied_after_a_few_looks() -> None:
     world = Map()
     world.see(WEST, times=3)
     assert world.cell(-0.1, 0.0) == FREE
-    world.see(WEST, [box_from(WEST)], times=5)
+    world.see(WEST, [box_from(WEST)])
     assert world.cell(-0.1, 0.0) == UNKNOWN
+    world.see(WEST, [box_from(WEST)], times=4)
+    assert world.cell(-0.1, 0.0) == OCCUPIED
 
 
 def test_many_far_looks_free_less_than_one_near_look() -> None:
     world = Map()
     world.see(WEST, [box_from(WEST)], times=20)
     far = Pose2(-1.9, 0.0, 0.0)
-    world.see(far, times=3)
+    world.see(far, times=6)
+    assert world.cell(-0.1, 0.0) == OCCUPIED
+    world.see(WEST, times=3)
     assert world.cell(-0.1, 0.0) == UNKNOWN
 
 
@@ -156,7 +176,7 @@ def test_a_dropped_picture_says_nothing() -> None:
 
 def test_only_tiles_that_changed_are_told() -> None:
     world = Map()
-    world.see(Pose2.identity(), times=3)
+    world.see(Pose2.identity(), times=9)
     assert len(world.overlay.take_changes([])) > 20
     world.see(Pose2.identity())
     assert world.overlay.take_changes([]) == ()

@@ -8,8 +8,9 @@ from collections.abc import Sequence
 import numpy as np
 import pytest
 import shapely
+from numpy.typing import NDArray
 
-from mapserver.mapping.prism import SeenHeight, Silhouette, footprint, height_of, silhouettes_of
+from mapserver.mapping.prism import Ground, SeenHeight, Silhouette, footprint, height_of, silhouettes_of
 from protocol.geometry import Array, Pose2
 from tests.unit.mapserver.worlds import CAMERA_HEIGHT_M, rectangle, smear_of
 
@@ -66,6 +67,36 @@ def test_a_minority_that_sees_two_things_as_one_is_outvoted() -> None:
     assert iou(base_of(good + merged, HEIGHT_M), BOX) > 0.9
 
 
+def nowhere_bare(x_m: Array, y_m: Array) -> NDArray[np.bool_]:
+    return np.zeros((len(y_m), len(x_m)), np.bool_)
+
+
+def test_floor_that_was_seen_bare_is_no_part_of_a_thing() -> None:
+    box = rectangle(0.0, 0.0, 0.2, 0.2)
+    view = seen_from((-0.8, 0.0), box, height_m=0.25)
+    low = footprint([view], 0.1)
+    carved = footprint([view], 0.1, Ground(lambda x_m, y_m: np.tile(x_m > 0.1, (len(y_m), 1)), np.empty((0, 2))))
+    assert low is not None
+    assert low.base.bounds[2] > 0.2  # told too low, it looks too deep
+    assert carved is not None
+    assert carved.base.bounds[2] == pytest.approx(0.1, abs=0.01)
+    assert iou(carved.base, box) > 0.85
+
+
+def test_a_thing_reaches_from_its_base_line_no_farther_than_that_is_long() -> None:
+    line = np.array([[-0.1, y_m] for y_m in np.linspace(-0.1, 0.1, 21)])
+    found = footprint([seen_from((-0.8, 0.0), rectangle(0.3, 0.0, 0.8, 0.2), 0.0)], 0.0, Ground(nowhere_bare, line))
+    assert found is not None
+    assert found.base.bounds[2] == pytest.approx(0.1, abs=0.02)
+
+
+def test_a_base_line_that_the_views_miss_is_part_of_the_thing() -> None:
+    line = np.array([[x_m, 0.1] for x_m in np.linspace(0.1, 0.3, 21)])
+    found = footprint([seen_from((-0.8, 0.0), rectangle(0.0, 0.0, 0.2, 0.2))], HEIGHT_M, Ground(nowhere_bare, line))
+    assert found is not None
+    assert found.base.bounds[2] > 0.29
+
+
 def test_a_sharper_view_counts_for_more() -> None:
     blurred = [seen_from(eye, BOX + 0.05, weight=0.1) for eye in ALL_ROUND[:3]]
     assert iou(base_of([*blurred, seen_from(ALL_ROUND[4], BOX, weight=0.9)], HEIGHT_M), BOX) > 0.8
@@ -113,4 +144,8 @@ def test_the_height_is_told_by_two_views_and_more_by_the_sharper() -> None:
     assert height_of([]) is None
     assert height_of([SeenHeight(0.1, 1.0)]) is None
     assert height_of([SeenHeight(0.3, 0.1), SeenHeight(0.1, 0.9)]) == pytest.approx(0.1)
-    assert height_of([SeenHeight(h, 0.5) for h in (0.10, 0.12, 0.14, 0.16, 0.45)]) == pytest.approx(0.14)
+
+
+def test_corners_below_the_top_are_more_common_than_any_above_it() -> None:
+    told = [0.05] * 5 + [0.12] * 6 + [0.17] * 7 + [0.45]
+    assert height_of([SeenHeight(h, 0.5) for h in told]) == pytest.approx(0.17)

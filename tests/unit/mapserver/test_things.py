@@ -11,6 +11,7 @@ import shapely
 
 from mapserver.mapping.belief import Belief
 from mapserver.mapping.bodies import Body
+from mapserver.mapping.overlay import Overlay
 from mapserver.mapping.thing import MOST_HEIGHTS
 from mapserver.mapping.things import GUESS_NS, MOST_THINGS, ThingTracker
 from protocol.geometry import Array, Pose2
@@ -33,14 +34,18 @@ def region(base_m: Array, eye: Pose2, motion: Motion = "static", height_m: float
 
 
 class World:
-    """A tracker, and a clock that goes on with every look."""
+    """A tracker on a floor, and a clock that goes on with every look."""
 
     def __init__(self) -> None:
-        self.tracker = ThingTracker()
+        self.floor = Overlay()
+        self.tracker = ThingTracker(self.floor)
         self._seq = 0
 
     def look(self, eye: Pose2, regions: Sequence[Region], bodies: Sequence[Body] = (), robot: str = "r1", range_m: float = 2.0) -> None:
-        self.tracker.observe(self._map(robot, regions, range_m), eye, bodies)
+        self.take(self._map(robot, regions, range_m), eye, bodies)
+
+    def take(self, seen: LocalMap, eye: Pose2, bodies: Sequence[Body] = ()) -> None:
+        self.floor.integrate(seen, eye, bodies, self.tracker.observe(seen, eye, bodies))
 
     def see(self, eyes: Sequence[Pose2], *bases_m: Array, bodies: Sequence[Body] = (), robot: str = "r1") -> None:
         for eye in eyes:
@@ -167,7 +172,7 @@ def test_outlines_of_a_top_alone_make_no_second_thing() -> None:
 def test_two_things_that_turn_out_to_be_one_are_joined_under_the_older_number() -> None:
     world = World()
     halves = rectangle(-0.2, 0.0, 0.12, 0.12), rectangle(0.2, 0.0, 0.12, 0.12)
-    world.see(ROUND_THE_BOX[:2], *halves)
+    world.see(ROUND_THE_BOX[:4], *halves)
     assert [item.id for item in world.objects()] == [0, 1]
     world.see(ROUND_THE_BOX * 2, rectangle(0.0, 0.0, 0.52, 0.12))
     (item,) = world.objects()
@@ -216,8 +221,8 @@ def test_the_number_of_things_is_bounded_and_the_least_believed_go_first() -> No
     for far in range(MOST_THINGS // 20):
         eye = Pose2(10.0 * far + 10.0, 0.0, 0.0)
         grid = [rectangle(eye.x_m + x, y, 0.06, 0.06) for x in (-0.8, -0.4, 0.2, 0.5, 0.9) for y in (-0.9, -0.5, 0.2, 0.5, 0.9)]
-        world.look(eye, [region(base, eye, seen_m=0.01, height_m=0.01) for base in grid])
-        world.look(eye, [region(base, eye, seen_m=0.01, height_m=0.01) for base in grid])
+        for _ in range(8):
+            world.look(eye, [region(base, eye, seen_m=0.01, height_m=0.01) for base in grid])
     objects = world.objects()
     assert len(objects) == MOST_THINGS
     assert objects[0].id == 0
@@ -229,7 +234,7 @@ def test_a_dropped_picture_says_nothing() -> None:
     before = world.objects()
     for seq in range(10):
         dropped = local_map("r1", 100 + seq).model_copy(update={"picture": "dropped"})
-        world.tracker.observe(dropped, ROUND_THE_BOX[0], [])
+        world.take(dropped, ROUND_THE_BOX[0])
     assert world.objects() == before
 
 
