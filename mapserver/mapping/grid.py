@@ -18,7 +18,7 @@ from protocol.messages import OCCUPIED, MapTile
 TILE_CELLS = 64
 CELL_M = 0.01
 
-FREE_BELOW, BARE_BELOW, SURELY_BARE_BELOW = -0.3, -0.6, -1.2  # log-odds after about one, two and five sharp looks at the floor
+FREE_BELOW, BARE_BELOW, SURELY_BARE_BELOW = -0.2, -0.6, -1.2  # log-odds after one, three and five sharp looks at the floor
 BASE_ABOVE = 0.8  # after two sharp looks at a base
 LEAST_LOG_ODDS = -1.5
 MOST_LOG_ODDS = 1.5

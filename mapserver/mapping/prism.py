@@ -125,8 +125,8 @@ def height_of(seen: Sequence[SeenHeight]) -> float | None:
 def footprint(views: Sequence[Silhouette], height_m: float | None, ground: Ground | None = None) -> Footprint | None:
     """Return the footprint that most views agree on and the ground bears out; None where no view gives any.
 
-    A thing of unknown height is taken to be about as deep as it is wide. Its own base line is part of the footprint, floor that was seen
-    bare is not, and no part of it is farther from the base line than that is long.
+    A thing of unknown height is taken to be about as deep as it is wide. A view that shows less of its width counts for less. Its own base
+    line is part of the footprint, floor that was seen bare is not, and no part of it is farther from the base line than that is long.
     """
     pairs = [_with_shrunk(view, height_m) for view in views]
     lowest = np.array([pair.min(axis=1).max(axis=0) for pair in pairs])  # of the box that the outline and the shrunk one have in common
@@ -138,8 +138,9 @@ def footprint(views: Sequence[Silhouette], height_m: float | None, ground: Groun
     origin = np.vstack([lowest[overlap], base_m]).min(axis=0) - 2.0 * RASTER_M
     first = np.floor((lowest[overlap] - origin) / RASTER_M).astype(int) - 1
     beyond = np.ceil((highest[overlap] - origin) / RASTER_M).astype(int) + 2
+    widest_m = max(view.extent.width_m for view in views)
     votes = [
-        Vote(views[index].weight, low, cells)
+        Vote(views[index].weight * views[index].extent.width_m / widest_m, low, cells)
         for index, low, high in zip(overlap.tolist(), np.maximum(first, 0), beyond, strict=True)
         if (cells := _common(pairs[index], origin, low, high)) is not None
     ]

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from mapserver.mapping.belief import Belief
 from mapserver.mapping.bodies import Body
 from mapserver.mapping.clusters import Clusters
-from mapserver.mapping.prism import footprint, silhouettes_of
+from mapserver.mapping.prism import Silhouette, footprint, silhouettes_of
 from mapserver.mapping.thing import Thing
 from mapserver.mapping.view import StandingRegion, View, lay
 from protocol.geometry import Array, Pose2
@@ -30,6 +30,8 @@ MISSED_SHARE = 0.08  # of a thing's silhouette: where regions cover less of it, 
 LOSS = 0.8  # of belief, for one clear view
 FORGOTTEN_BELIEF = -0.5
 SAME_SHARE, SAME_MARGIN_M = 0.4, 0.03  # with so much of the smaller footprint, grown by a margin, in common, two things are one
+EXPLAINED_SHARE, EXPLAINED_MARGIN_M = 0.7, 0.02  # of an outline within the silhouette of a known thing, which is ...
+EXPLAINED_REACH_M = 1.0  # ... no farther from it than this
 GUESS_NS = 30_000_000_000  # what is not in the map, and not seen again for so long, is forgotten
 MOST_THINGS = 500
 NEAR_BORDER_M = 0.03  # of a region: all of its border that is at most so much farther than the nearest point
@@ -137,14 +139,22 @@ class ThingTracker:
         return found
 
     def _begin(self, region: StandingRegion, view: View) -> Thing | None:
-        """Hold that a region shows a thing not known before; None where it is too far away."""
+        """Hold that a region shows a thing not known before; None where it is too far away, or a known thing explains it."""
         silhouette = view.silhouette(region)
-        if view.clarity(region.distance_m) <= 0.0 or (shape := footprint([silhouette], None)) is None:
+        if view.clarity(region.distance_m) <= 0.0 or self._explains(silhouette) or (shape := footprint([silhouette], None)) is None:
             return None
         thing = Thing(self._next_number, shape, region.nearest_m, None, view.stamp_ns)
         self._next_number += 1
         self._things.append(thing)
         return thing
+
+    def _explains(self, seen: Silhouette) -> bool:
+        """Tell whether an outline is but the upper part of a known thing, the base blending into the floor."""
+        near = [thing for thing in self._things if thing.is_shown() and shapely.dwithin(thing.shape.base, seen.outline, EXPLAINED_REACH_M)]
+        if not near:
+            return False
+        covered = shapely.buffer(_silhouettes(near, seen.eye_m, seen.eye_height_m), EXPLAINED_MARGIN_M, quad_segs=2)
+        return bool((shapely.area(shapely.intersection(covered, seen.outline)) > EXPLAINED_SHARE * seen.outline.area).any())
 
     def _shape(self, thing: Thing, region: StandingRegion, view: View) -> None:
         heights = [height] if (height := view.seen_height(region)) is not None else []

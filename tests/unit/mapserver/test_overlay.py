@@ -119,9 +119,9 @@ def test_the_base_of_something_put_on_free_floor_is_occupied_after_a_few_looks()
     world = Map()
     world.see(WEST, times=3)
     assert world.cell(-0.1, 0.0) == FREE
-    world.see(WEST, [box_from(WEST)])
+    world.see(WEST, [box_from(WEST)], times=2)
     assert world.cell(-0.1, 0.0) == UNKNOWN
-    world.see(WEST, [box_from(WEST)], times=4)
+    world.see(WEST, [box_from(WEST)], times=3)
     assert world.cell(-0.1, 0.0) == OCCUPIED
 
 
