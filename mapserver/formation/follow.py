@@ -60,10 +60,11 @@ class Plan:
         return {name: _rounded(leader_from_arena.apply(reference.arena_from_body[:2])) for name, reference in references.items()}
 
     def is_open(self, arc_m: float, tolerance_m: float) -> bool:
-        """Tell whether all followers are at their slots' own offsets from the leader, as on a straight trail."""
-        slots = self.slots(arc_m)
-        rigid = self.offsets * (-1.0, 1.0)
-        return all(np.hypot(*(rigid[number] - slots[name])) <= tolerance_m for number, name in enumerate(self.names[1:]))
+        """Tell whether nobody gives way: all followers keep their shape's own offsets, measured along the trail and from it."""
+        backs_m = sample(self.backs_m.T, arc_m)
+        lefts_m = [float(sample(row, arc_m - back_m)) for row, back_m in zip(self.lefts_m, backs_m, strict=True)]
+        held = np.column_stack([backs_m, lefts_m])
+        return bool((np.hypot(*(held - self.offsets).T) <= tolerance_m).all())
 
     def clear_until_m(self, arc_m: float, radius_m: float, cost_map: CostMap) -> float:
         """Return the arc length of the leader up to which nobody touches anything on the map; the trail's end where all is clear."""

@@ -41,7 +41,7 @@ def arrives(bed: Bed, within_s: float = 120.0) -> None:
 
 
 def is_open(record: Record) -> bool:
-    """Tell whether the slots are those of the shape, on a straight trail."""
+    """Tell whether nobody gives way."""
     return record.orders.phase == "moving"
 
 
