@@ -6,19 +6,18 @@ What a command needs is imported inside it, so that a robot with the light extra
 from __future__ import annotations
 
 import math
-import signal
 import sys
 from collections.abc import Sequence
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
-from types import FrameType
 from typing import Annotated, Literal, NoReturn
 
 import typer
 
+from deploy.unwinding import INTERRUPTED, unwind_on_signals
 from protocol.errors import OmmatidiaError
 
-BAD_USAGE, INTERRUPTED, TERMINATED = 2, 130, 143
+BAD_USAGE = 2
 
 app = typer.Typer(
     help="A swarm of small robots that look straight down and map a room together.",
@@ -155,8 +154,7 @@ def release(endpoint: Endpoint, robots: Robots = None, site: Site = "home", reas
 
 def main() -> NoReturn:
     """Run the command line and exit."""
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, _end)
+    unwind_on_signals()
     sys.exit(run(sys.argv[1:]))
 
 
@@ -179,15 +177,6 @@ def _complain(problem: str, code: int) -> int:
     """Say what is wrong in exactly one line, and return the exit code."""
     print(f"ommatidia: {' '.join(problem.split())}", file=sys.stderr)
     return code
-
-
-def _end(number: int, frame: FrameType | None) -> None:
-    """Unwind, so that every child process is ended on the way; a second signal must not disturb that."""
-    for each in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(each, signal.SIG_IGN)
-    if number == signal.SIGTERM:
-        raise SystemExit(TERMINATED)
-    raise KeyboardInterrupt
 
 
 def _version() -> str:

@@ -9,6 +9,7 @@ from pathlib import Path
 from rich.console import Console
 
 from deploy.simulation_display import SimulationBar
+from deploy.unwinding import unwind_on_signals
 from protocol.errors import OmmatidiaError
 from sim.arena import SOAK
 from tests.soak.arenas import MOST_S, ArenaResult, run_arena
@@ -22,7 +23,8 @@ _EXAMPLES = """examples:
 
 
 def main() -> int:
-    """Run the arenas one after the other, print the tables, and return the exit code."""
+    """Run the arenas one after the other, print the tables, and return the exit code; interrupted, print those of the arenas so far."""
+    unwind_on_signals()
     arguments = _parser().parse_args()
     console = Console(stderr=True)
     results: list[ArenaResult] = []
@@ -35,6 +37,9 @@ def main() -> int:
         except OmmatidiaError as error:
             console.print(f"    could not be run: {error}", soft_wrap=True, markup=False)
             continue
+        except KeyboardInterrupt:
+            console.print("    interrupted")
+            break
         results.append(result)
         console.print(f"    {result.ending}, {result.world_s:.0f} s of world time in {result.wall_s:.0f} s", highlight=False, markup=False)
     screen = Console(width=140)
