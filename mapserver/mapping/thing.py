@@ -20,7 +20,7 @@ from protocol.messages import MapObject
 DIRECTION_BINS, VIEWS_PER_BIN = 18, 3  # views kept: the best from each side
 MOST_HEIGHTS = 150  # the best resolved count
 HEIGHT_STEP_M = 0.002  # a height that changes by less leaves the footprint as it is
-LEAST_VIEWS = 2
+LEAST_VIEWS, LEAST_VIEWS_WITHOUT_BASE = 2, 4  # of a thing whose base line is on the map, and of one whose is not
 GAIN = 0.4  # of belief, for one clear view
 MOST_BELIEF, SHOWN_BELIEF = 3.0, 0.3
 DISTANT_GAIN = 0.1  # what even a distant view adds
@@ -47,7 +47,7 @@ class Thing:
 
     def is_shown(self) -> bool:
         """Tell whether the thing belongs in the map."""
-        known = self.height_m is not None and self.observations >= LEAST_VIEWS
+        known = self.height_m is not None and self.observations >= (LEAST_VIEWS if len(self.base_m) else LEAST_VIEWS_WITHOUT_BASE)
         return known and self.belief > SHOWN_BELIEF and self.shape.base.area > LEAST_AREA_M2
 
     def border_m(self) -> Array:

@@ -76,10 +76,14 @@ class View:
         return Silhouette(self.eye_m, self.eye_height_m, region.outline, self.weight(region.distance_m))
 
     def seen_height(self, region: StandingRegion) -> SeenHeight | None:
-        """Return the region's height with the weight of this view; None where it told none, or none that a top in sight can have."""
+        """Return the region's height with the weight of this view, the more of the thing's width it shows; None where it told none.
+
+        A height that no top in sight can have is none.
+        """
         if region.height_m is None or not 0.0 < region.height_m < self.eye_height_m:
             return None
-        return SeenHeight(region.height_m, self.weight(region.distance_m))
+        silhouette = self.silhouette(region)
+        return SeenHeight(region.height_m, silhouette.weight * silhouette.extent.width_m)
 
 
 def lay(local_map: LocalMap, arena_from_body: Pose2, bodies: Sequence[Body]) -> View:
