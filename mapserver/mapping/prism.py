@@ -10,8 +10,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-from functools import cached_property
 from statistics import median
 from typing import NamedTuple
 
@@ -21,70 +19,15 @@ import shapely
 from numpy.typing import NDArray
 
 from mapserver.mapping.raster import SHIFT_BITS, corners_of, fill
+from mapserver.mapping.silhouette import Extent, Silhouette, shrink
 from protocol.geometry import Array
 
 RASTER_M = 0.005  # cells in which views vote
 MAJORITY = 0.65  # of the most votes that any cell has makes a cell part of the footprint; things that touch make outlines too large
 LEAST_AGREED = 0.5  # of the area of a typical single vote
 SMALL_M = 0.15  # what is no deeper need not have a base line as long
-HEIGHT_QUANTILE = 0.85  # of the heights seen: corners below the top are told more often than any above it
-LEAST_HEIGHTS = 2
 LEAST_SQUARE_HEIGHT, MOST_SQUARE_HEIGHT = 0.02, 0.7  # that a thing of unknown height may have [camera heights]
 MOST_DEPTH = 2.0  # of a thing, along the line of sight, in its widths: what looks deeper is higher than was told, or two things
-MOST_HEIGHT = 0.95  # of what stands as tall as the camera, or taller, no top is seen [camera heights]
-
-
-@dataclass(frozen=True, eq=False)
-class Silhouette:
-    """One view of one thing."""
-
-    eye_m: Array  # (2,) point under the camera [arena]
-    eye_height_m: float
-    outline: shapely.Polygon  # without holes [arena]
-    weight: float  # how well this view resolves the thing, 0 to 1
-
-    @cached_property
-    def corners(self) -> Array:
-        """The outline's corners, (n, 2) [m; arena], the first of them repeated at the end."""
-        return np.asarray(shapely.get_coordinates(self.outline))
-
-    @cached_property
-    def lowest_m(self) -> Array:
-        """The lowest corner, (2,) [m; arena], of the box around the outline."""
-        return np.asarray(self.corners.min(axis=0))
-
-    @cached_property
-    def highest_m(self) -> Array:
-        """The highest corner, (2,) [m; arena], of the box around the outline."""
-        return np.asarray(self.corners.max(axis=0))
-
-    @cached_property
-    def centre_m(self) -> Array:
-        """The outline's centroid, (2,) [m; arena]."""
-        return np.asarray(shapely.get_coordinates(shapely.centroid(self.outline))[0])
-
-    @cached_property
-    def extent(self) -> Extent:
-        """How far the outline reaches."""
-        offsets, towards = self.corners - self.eye_m, self.centre_m - self.eye_m
-        towards = towards / max(float(np.hypot(*towards)), 1e-9)
-        along, across = offsets @ towards, offsets @ np.array([-towards[1], towards[0]])
-        return Extent(float(along.min()), float(along.max()), float(np.ptp(across)))
-
-
-class Extent(NamedTuple):
-    """How far an outline reaches along the line of sight to its centre, from the eye, and how wide it is across."""
-
-    near_m: float
-    far_m: float
-    width_m: float
-
-
-class SeenHeight(NamedTuple):
-    """The height of a thing's top as one view told it, and that view's weight."""
-
-    height_m: float
-    weight: float
 
 
 class Vote(NamedTuple):
@@ -112,14 +55,6 @@ class Footprint(NamedTuple):
     base: shapely.Polygon  # convex [arena]
     centre_m: Array  # (2,) of the base [arena]
     disagreement: Array  # (2, 2) [m^2; arena]: second moments of the single views' centres about that of the base
-
-
-def height_of(seen: Sequence[SeenHeight]) -> float | None:
-    """Return the height [m] that the views tell by their weight; None where fewer than two do."""
-    if len(seen) < LEAST_HEIGHTS:
-        return None
-    heights, weights = np.array(sorted(seen)).T
-    return float(heights[np.searchsorted(np.cumsum(weights), HEIGHT_QUANTILE * weights.sum())])
 
 
 def footprint(views: Sequence[Silhouette], height_m: float | None, ground: Ground | None = None) -> Footprint | None:
@@ -153,30 +88,10 @@ def footprint(views: Sequence[Silhouette], height_m: float | None, ground: Groun
     return Footprint(base, centre_m, _second_moments(_centres(votes, origin) - centre_m))
 
 
-def silhouettes_of(bases: Sequence[shapely.Polygon], heights_m: Array, eye_m: Array, eye_height_m: float) -> NDArray[np.object_]:
-    """Return what prisms on convex `bases` cover on the floor, polygons (n,) [arena]: each the hull of base and stretched top."""
-    corners, owners = shapely.get_coordinates(bases, return_index=True)
-    stretch = silhouette_stretch(heights_m, eye_height_m)
-    tops = eye_m + stretch[owners, None] * (corners - eye_m)
-    order = np.argsort(np.concatenate([owners, owners]), kind="stable")
-    clouds = shapely.linestrings(np.concatenate([corners, tops])[order], indices=np.concatenate([owners, owners])[order])
-    return np.asarray(shapely.convex_hull(clouds), dtype=np.object_)
-
-
-def silhouette_stretch(height_m: Array | float, eye_height_m: float) -> Array:
-    """Return s: by how much farther out a top of this height appears than it stands."""
-    return np.asarray(1.0 / _shrink(height_m, eye_height_m))
-
-
-def _shrink(height_m: Array | float, eye_height_m: float) -> Array:
-    """Return 1 / s: by how much nearer a top of this height stands than it appears."""
-    return 1.0 - np.minimum(np.asarray(height_m) / eye_height_m, MOST_HEIGHT)
-
-
 def _with_shrunk(view: Silhouette, height_m: float | None) -> Array:
     """Return a view's outline and its copy drawn towards the eye by the thing's height, shape (2, n, 2) [m; arena]."""
     square = _scale_for(view.extent, 1.0)
-    scale = square if height_m is None else min(float(_shrink(height_m, view.eye_height_m)), _scale_for(view.extent, MOST_DEPTH))
+    scale = square if height_m is None else min(float(shrink(height_m, view.eye_height_m)), _scale_for(view.extent, MOST_DEPTH))
     shrunk = view.eye_m + scale * (view.corners - view.eye_m)
     return np.stack([shrunk if _is_top_only(view.extent, scale) else view.corners, shrunk])
 

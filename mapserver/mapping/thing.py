@@ -11,7 +11,8 @@ import numpy as np
 import shapely
 
 from mapserver.mapping.belief import Belief
-from mapserver.mapping.prism import Footprint, Ground, IsBare, SeenHeight, Silhouette, footprint, height_of
+from mapserver.mapping.prism import Footprint, Ground, IsBare, footprint
+from mapserver.mapping.silhouette import SeenHeight, Silhouette, height_of
 from mapserver.mapping.view import View
 from protocol.fields import Packed
 from protocol.geometry import Array

@@ -19,7 +19,8 @@ from numpy.typing import NDArray
 from mapserver.mapping.belief import Belief
 from mapserver.mapping.bodies import Body
 from mapserver.mapping.clusters import Clusters
-from mapserver.mapping.prism import Silhouette, footprint, silhouettes_of
+from mapserver.mapping.prism import footprint
+from mapserver.mapping.silhouette import Silhouette, silhouettes_of
 from mapserver.mapping.thing import Thing
 from mapserver.mapping.view import StandingRegion, View, lay
 from protocol.geometry import Array, Pose2

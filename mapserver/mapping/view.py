@@ -12,7 +12,7 @@ import shapely
 from numpy.typing import NDArray
 
 from mapserver.mapping.bodies import Body, robot_sector
-from mapserver.mapping.prism import SeenHeight, Silhouette
+from mapserver.mapping.silhouette import SeenHeight, Silhouette
 from mapserver.mapping.stretches import stretches_of
 from protocol.geometry import Array, Pose2
 from protocol.messages import LocalMap
