@@ -63,19 +63,17 @@ class Thing:
         self.seen_by.add(view.robot)
         self.seen_ns = view.stamp_ns
 
-    def add(self, views: Sequence[Silhouette], heights: Sequence[SeenHeight], is_bare: IsBare) -> bool:
-        """Keep those views that are among the best from their side, and tell whether the thing was fitted anew."""
+    def add(self, views: Sequence[Silhouette], heights: Sequence[SeenHeight], is_bare: IsBare) -> None:
+        """Keep those views that are among the best from their side, and fit the thing anew where that changes anything."""
         best = _best_of_each_side([*self.views, *views])
         better = any(view not in self.views for view in best)
         self.views = best
         self.heights = heapq.nlargest(MOST_HEIGHTS, [*self.heights, *heights], key=lambda seen: seen.weight)
         height_m = height_of(self.heights)
         taller = height_m is not None and (self.height_m is None or abs(height_m - self.height_m) > HEIGHT_STEP_M)
-        if not (better or taller):
-            return False
-        self.height_m = height_m
-        self.fit(is_bare)
-        return True
+        if better or taller:
+            self.height_m = height_m
+            self.fit(is_bare)
 
     def fit(self, is_bare: IsBare) -> None:
         """Fit the footprint to the views and to the floor that is known by now to be bare."""
