@@ -70,6 +70,7 @@ class MapPipeline:
                 self._overlay.integrate(*view, missed)
         with self._clock.stage("objects"):
             self._things.clear(bodies)
+            self._things.fit()
             self._objects = self._things.objects(beliefs)
         with self._clock.stage("overlay"):
             self._overlay.clear(bodies)

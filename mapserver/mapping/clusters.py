@@ -65,7 +65,7 @@ def clusters_of(window: Window, log_odds: LogOdds) -> Clusters:
     near, around = (np.asarray(cv2.dilate(base, _disc(gap)), np.uint8) for gap in (BARE_GAP_CELLS, HIDDEN_GAP_CELLS))
     joined = np.where(is_bare, near, around).astype(np.uint8)
     _, components, stats, _ = cv2.connectedComponentsWithStats(joined, connectivity=8, ltype=cv2.CV_32S)
-    labels = np.zeros(window.shape, np.float32)
+    labels = np.zeros(window.shape, np.uint16)
     found: list[Cells] = []
     for component in range(1, len(stats)):
         left, top, width, height, _ = stats[component]

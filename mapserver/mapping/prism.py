@@ -25,7 +25,10 @@ from protocol.geometry import Array
 RASTER_M = 0.005  # cells in which views vote
 MAJORITY = 0.65  # of the most votes that any cell has makes a cell part of the footprint; things that touch make outlines too large
 LEAST_AGREED = 0.5  # of the area of a typical single vote
-SMALL_M = 0.15  # what is no deeper need not have a base line as long
+SMALL_M, LONG_M = 0.15, 1.0  # what is no deeper need not have a base line as long; of a wall, nobody knows how deep it is
+LEAST_WIDTH_SHARE = 0.35  # of the widest view: what shows less is no view of the whole thing
+LEAST_BASE_CELLS = 15  # fewer are no base line
+NEAR_BASE = np.ones((9, 9), np.uint8)  # 2 cm to all sides
 LEAST_SQUARE_HEIGHT, MOST_SQUARE_HEIGHT = 0.02, 0.7  # that a thing of unknown height may have [camera heights]
 MOST_DEPTH = 2.0  # of a thing, along the line of sight, in its widths: what looks deeper is higher than was told, or two things
 
@@ -61,19 +64,21 @@ def footprint(views: Sequence[Silhouette], height_m: float | None, ground: Groun
     """Return the footprint that most views agree on and the ground bears out; None where no view gives any.
 
     A thing of unknown height is taken to be about as deep as it is wide. A view that shows less of its width counts for less. Its own base
-    line is part of the footprint, floor that was seen bare is not, and no part of it is farther from the base line than that is long.
+    line is part of the footprint, floor that was seen bare is not, and no part of it is farther from the base line than that is long. A
+    height that puts the thing beside its base line is not believed.
     """
+    widest_m = max(view.extent.width_m for view in views)
+    views = [view for view in views if view.extent.width_m >= LEAST_WIDTH_SHARE * widest_m]
     pairs = [_with_shrunk(view, height_m) for view in views]
     lowest = np.array([pair.min(axis=1).max(axis=0) for pair in pairs])  # of the box that the outline and the shrunk one have in common
     highest = np.array([pair.max(axis=1).min(axis=0) for pair in pairs])
     overlap = np.flatnonzero((lowest < highest).all(axis=1))
     if not len(overlap):
         return None
-    base_m = np.empty((0, 2)) if ground is None else ground.base_m
+    base_m = np.empty((0, 2)) if ground is None or len(ground.base_m) < LEAST_BASE_CELLS else ground.base_m
     origin = np.vstack([lowest[overlap], base_m]).min(axis=0) - 2.0 * RASTER_M
     first = np.floor((lowest[overlap] - origin) / RASTER_M).astype(int) - 1
     beyond = np.ceil((highest[overlap] - origin) / RASTER_M).astype(int) + 2
-    widest_m = max(view.extent.width_m for view in views)
     votes = [
         Vote(views[index].weight * views[index].extent.width_m / widest_m, low, cells)
         for index, low, high in zip(overlap.tolist(), np.maximum(first, 0), beyond, strict=True)
@@ -83,7 +88,10 @@ def footprint(views: Sequence[Silhouette], height_m: float | None, ground: Groun
         return None
     size = np.vstack([beyond, np.ceil((base_m - origin) / RASTER_M).astype(int) + 2]).max(axis=0)
     agreed = _majority(votes, size)
-    base = _hull(agreed if ground is None else _on_ground(agreed, ground, origin), origin)
+    base_line = _painted(base_m, origin, agreed.shape)
+    if height_m is not None and len(base_m) and not (agreed & (cv2.dilate(base_line, NEAR_BASE) > 0)).any():
+        return footprint(views, None, ground)
+    base = _hull(agreed if ground is None else _on_ground(agreed, ground.is_bare, base_m, base_line, origin), origin)
     centre_m = shapely.get_coordinates(shapely.centroid(base))[0]
     return Footprint(base, centre_m, _second_moments(_centres(votes, origin) - centre_m))
 
@@ -144,17 +152,24 @@ def _majority(votes: Sequence[Vote], size: NDArray[np.int_]) -> NDArray[np.bool_
     return np.asarray(agreed | (count >= np.partition(voted, -least)[-least]))
 
 
-def _on_ground(agreed: NDArray[np.bool_], ground: Ground, origin: Array) -> NDArray[np.bool_]:
+def _painted(cells_m: Array, origin: Array, shape: tuple[int, ...]) -> NDArray[np.uint8]:
+    """Return a raster with 1 in the grid's cells of which the centres, (n, 2) [m; arena], are given: two by two of the raster's own."""
+    painted = np.zeros(shape, np.uint8)
+    right, up = np.floor((cells_m - origin) / RASTER_M).astype(int).T
+    for rows, columns in ((up, right), (up - 1, right), (up, right - 1), (up - 1, right - 1)):
+        painted[rows, columns] = 1
+    return painted
+
+
+def _on_ground(agreed: NDArray[np.bool_], is_bare: IsBare, base_m: Array, base_line: NDArray[np.uint8], origin: Array) -> NDArray[np.bool_]:
     """Return the cells that views agree on, less bare floor and what is too far from the base line, and with that."""
     rows, columns = agreed.shape
-    kept = agreed & ~ground.is_bare(origin[0] + (np.arange(columns) + 0.5) * RASTER_M, origin[1] + (np.arange(rows) + 0.5) * RASTER_M)
-    if len(ground.base_m):
-        base = np.zeros(agreed.shape, np.uint8)
-        for column, row in np.floor((ground.base_m - origin) / RASTER_M).astype(int).tolist():
-            base[row - 1 : row + 1, column - 1 : column + 1] = 1
-        away_m = cv2.distanceTransform(1 - base, cv2.DIST_L2, cv2.DIST_MASK_PRECISE) * RASTER_M
-        length_m = float(np.hypot(*np.ptp(ground.base_m, axis=0)))
-        kept = (kept & (away_m < max(length_m, SMALL_M))) | (base > 0)
+    kept = agreed & ~is_bare(origin[0] + (np.arange(columns) + 0.5) * RASTER_M, origin[1] + (np.arange(rows) + 0.5) * RASTER_M)
+    if len(base_m):
+        length_m = float(np.hypot(*np.ptp(base_m, axis=0)))
+        if length_m < LONG_M:
+            kept &= cv2.distanceTransform(1 - base_line, cv2.DIST_L2, cv2.DIST_MASK_3) < max(length_m, SMALL_M) / RASTER_M
+        kept |= base_line > 0
     return kept if kept.any() else agreed
 
 

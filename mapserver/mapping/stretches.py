@@ -15,7 +15,7 @@ from protocol.geometry import Array
 
 CONVEX_SHARE = 0.85  # of its convex hull that an outline has to fill to stay whole
 MOST_CUTS = 3  # one after the other: eight stretches
-DEEP_SHARE, MOST_TRIED = 0.7, 8  # corners at least so deep, of the deepest, and so many of them, are tried
+DEEP_SHARE, MOST_TRIED = 0.7, 4  # corners at least so deep, of the deepest, and so many of them, are tried
 BEYOND = 1e3  # a line of sight goes on for so many times the distance of its corner
 
 

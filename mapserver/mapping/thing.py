@@ -19,6 +19,7 @@ from protocol.geometry import Array
 from protocol.messages import MapObject
 
 DIRECTION_BINS, VIEWS_PER_BIN = 18, 3  # views kept: the best from each side
+CLEARLY_BETTER = 1.1  # by so much more weight
 MOST_HEIGHTS = 150  # the best resolved count
 HEIGHT_STEP_M = 0.002  # a height that changes by less leaves the footprint as it is
 LEAST_VIEWS, LEAST_VIEWS_WITHOUT_BASE = 2, 4  # of a thing whose base line is on the map, and of one whose is not
@@ -45,6 +46,7 @@ class Thing:
     views: list[Silhouette] = field(default_factory=list)  # that give the thing its shape
     heights: list[SeenHeight] = field(default_factory=list)  # that views told best
     base_m: Array = field(default_factory=lambda: np.empty((0, 2)))  # (n, 2) centres of the cells with its base line [arena]
+    is_stale: bool = False  # there are better views than those that the shape was fitted to
 
     def is_shown(self) -> bool:
         """Tell whether the thing belongs in the map."""
@@ -63,29 +65,29 @@ class Thing:
         self.seen_by.add(view.robot)
         self.seen_ns = view.stamp_ns
 
-    def add(self, views: Sequence[Silhouette], heights: Sequence[SeenHeight], is_bare: IsBare) -> None:
-        """Keep those views that are among the best from their side, and fit the thing anew where that changes anything."""
-        best = _best_of_each_side([*self.views, *views])
+    def add(self, views: Sequence[Silhouette], heights: Sequence[SeenHeight]) -> None:
+        """Keep those views that are among the best from their side; where that changes anything, the shape is stale."""
+        best = _best_of_each_side(self.views, views)
         better = any(view not in self.views for view in best)
         self.views = best
         self.heights = heapq.nlargest(MOST_HEIGHTS, [*self.heights, *heights], key=lambda seen: seen.weight)
         height_m = height_of(self.heights)
         taller = height_m is not None and (self.height_m is None or abs(height_m - self.height_m) > HEIGHT_STEP_M)
         if better or taller:
-            self.height_m = height_m
-            self.fit(is_bare)
+            self.height_m, self.is_stale = height_m, True
 
     def fit(self, is_bare: IsBare) -> None:
         """Fit the footprint to the views and to the floor that is known by now to be bare."""
         self.shape = footprint(self.views, self.height_m, Ground(is_bare, self.base_m)) or self.shape
+        self.is_stale = False
 
-    def take_over(self, other: Thing, is_bare: IsBare) -> None:
+    def take_over(self, other: Thing) -> None:
         """Take all that is known of another thing, which was this one seen from elsewhere."""
         self.belief, self.observations = max(self.belief, other.belief), max(self.observations, other.observations)
         self.seen_by |= other.seen_by
         self.anchor_m = self.anchor_m if self.seen_ns >= other.seen_ns else other.anchor_m
         self.seen_ns = max(self.seen_ns, other.seen_ns)
-        self.add(other.views, other.heights, is_bare)
+        self.add(other.views, other.heights)
 
     def as_object(self, beliefs: Mapping[str, Belief]) -> MapObject:
         """Return the thing as it goes on the wire, with the robots' present `beliefs` for its uncertainty."""
@@ -107,10 +109,14 @@ class Thing:
         return np.asarray(self.shape.disagreement + LEAST_CENTRE_SIGMA_M**2 * np.eye(2) + min(placed, key=np.trace))
 
 
-def _best_of_each_side(views: Sequence[Silhouette]) -> list[Silhouette]:
-    """Return the views that resolve a thing best, of those from each side of the newest outline as many as are kept."""
-    towards = np.array([view.eye_m for view in views]) - views[-1].centre_m
-    sides: defaultdict[int, list[Silhouette]] = defaultdict(list)
-    for side, view in zip(np.floor(np.arctan2(towards[:, 1], towards[:, 0]) / (2.0 * np.pi) * DIRECTION_BINS), views, strict=True):
-        sides[int(side)].append(view)
-    return [view for side in sorted(sides) for view in sorted(sides[side], key=lambda item: -item.weight)[:VIEWS_PER_BIN]]
+def _best_of_each_side(kept: Sequence[Silhouette], new: Sequence[Silhouette]) -> list[Silhouette]:
+    """Return the views that resolve a thing best, of those from each side of the newest outline as many as are kept.
+
+    A new view replaces one that is kept where it is clearly better, so that a robot that stands still changes nothing.
+    """
+    ranked = [(view.weight, view) for view in kept] + [(view.weight / CLEARLY_BETTER, view) for view in new]
+    towards = np.array([view.eye_m for _, view in ranked]) - ranked[-1][1].centre_m
+    sides: defaultdict[int, list[tuple[float, Silhouette]]] = defaultdict(list)
+    for side, item in zip(np.floor(np.arctan2(towards[:, 1], towards[:, 0]) / (2.0 * np.pi) * DIRECTION_BINS), ranked, strict=True):
+        sides[int(side)].append(item)
+    return [view for side in sorted(sides) for _, view in sorted(sides[side], key=lambda item: -item[0])[:VIEWS_PER_BIN]]

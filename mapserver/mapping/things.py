@@ -51,7 +51,7 @@ class KnownFloor(Protocol):
 
 
 class ThingTracker:
-    """Holds all things; `observe` local maps, `clear` where robots stand, then read the map's objects."""
+    """Holds all things; `observe` local maps, `clear` where robots stand, `fit`, then read the map's objects."""
 
     def __init__(self, floor: KnownFloor) -> None:
         """Start with nothing; `floor` is asked for what is known when it is asked."""
@@ -77,7 +77,6 @@ class ThingTracker:
             thing.belief -= LOSS * view.clarity(math.dist(thing.anchor_m, view.eye_m))
         for thing, _ in shown.values():
             self._join(thing)
-        self._fit_next()
         self._forget(view.stamp_ns)
         return [shapely.get_coordinates(thing.shape.base) for thing in missed if thing.is_shown()]
 
@@ -123,6 +122,13 @@ class ThingTracker:
                 if math.dist(thing.shape.centre_m, body.position_m) < body.radius_m:
                     thing.belief = min(thing.belief, 0.0)
 
+    def fit(self) -> None:
+        """Fit the things that were seen better since, and one more, each in its turn: by now floor beside it may have been seen bare."""
+        for thing in self._things:
+            if thing.is_stale:
+                thing.fit(self._floor.is_bare)
+        self._fit_next()
+
     def objects(self, beliefs: Mapping[str, Belief]) -> tuple[MapObject, ...]:
         """Return the things that are believed in, with the robots' present `beliefs` for their uncertainty."""
         return tuple(thing.as_object(beliefs) for thing in self._things if thing.is_shown())
@@ -160,7 +166,7 @@ class ThingTracker:
     def _shape(self, thing: Thing, region: StandingRegion, view: View) -> None:
         heights = [height] if (height := view.seen_height(region)) is not None else []
         thing.anchor_m = region.nearest_m
-        thing.add([view.silhouette(region)], heights, self._floor.is_bare)
+        thing.add([view.silhouette(region)], heights)
 
     def _join(self, thing: Thing) -> None:
         """Join a thing with another on the same floor."""
@@ -173,11 +179,10 @@ class ThingTracker:
                 return
 
     def _take_over(self, thing: Thing, newer: Thing) -> None:
-        thing.take_over(newer, self._floor.is_bare)
+        thing.take_over(newer)
         self._things.remove(newer)
 
     def _fit_next(self) -> None:
-        """Fit one thing anew, each in its turn: by now floor beside it may have been seen bare."""
         while self._unfitted:
             thing = self._unfitted.pop()
             if thing in self._things:

@@ -55,6 +55,7 @@ class World:
         self._seq += math.ceil(duration_ns / STEP_NS)
 
     def objects(self) -> tuple[MapObject, ...]:
+        self.tracker.fit()
         return self.tracker.objects(BELIEFS)
 
     def _map(self, robot: str, regions: Sequence[Region], range_m: float) -> LocalMap:
