@@ -98,6 +98,28 @@ def test_a_base_line_that_the_views_miss_is_part_of_the_thing() -> None:
     assert found.base.bounds[2] > 0.29
 
 
+def test_a_few_base_cells_are_no_base_line() -> None:
+    speck = np.array([[-0.4, y_m] for y_m in np.linspace(0.0, 0.05, 6)])
+    found = footprint([seen_from((-0.8, 0.0), rectangle(0.0, 0.0, 0.2, 0.2))], HEIGHT_M, Ground(nowhere_bare, speck))
+    assert found is not None
+    assert iou(found.base, rectangle(0.0, 0.0, 0.2, 0.2)) > 0.9
+
+
+def test_a_height_that_puts_a_thing_beside_its_base_line_is_not_believed() -> None:
+    box = rectangle(0.0, 0.0, 0.2, 0.2)
+    line = np.array([[-0.1, y_m] for y_m in np.linspace(-0.1, 0.1, 21)])
+    view = seen_from((-0.8, 0.0), box)
+    found = footprint([view], 0.9 * CAMERA_HEIGHT_M, Ground(nowhere_bare, line))
+    assert found is not None
+    assert iou(found.base, box) > 0.6
+
+
+def test_a_look_at_a_sliver_of_a_thing_does_not_count() -> None:
+    good = seen_from(ALL_ROUND[0], BOX, weight=0.1)
+    sliver = seen_from(ALL_ROUND[0], TURNED.apply(rectangle(0.1, 0.09, 0.02, 0.02)), weight=0.9)
+    assert iou(base_of([good, sliver], HEIGHT_M), BOX) > 0.9
+
+
 def test_a_sharper_view_counts_for_more() -> None:
     blurred = [seen_from(eye, BOX + 0.05, weight=0.1) for eye in ALL_ROUND[:3]]
     assert iou(base_of([*blurred, seen_from(ALL_ROUND[4], BOX, weight=0.9)], HEIGHT_M), BOX) > 0.8

@@ -283,3 +283,24 @@ def test_more_views_than_are_kept_make_no_difference_to_a_standing_robot() -> No
     (item,) = world.objects()
     assert iou(item, BOX) > 0.85
     assert item.observations == MOST_HEIGHTS + 50
+
+
+def test_a_room_s_walls_hide_no_thing_within_it() -> None:
+    world = World()
+    eye = Pose2(-0.9, -0.9, 0.0)
+    corner = shapely.box(-2.0, -2.0, 1.0, 1.0).difference(shapely.box(-1.5, -1.5, 1.0, 1.0))
+    walls = region_of(shapely.get_coordinates(corner.exterior)[:-1], eye, "static", 0.2)
+    for _ in range(6):
+        world.look(eye, [walls, region(BOX, eye)])
+    shown = [item for item in world.objects() if polygon_of(item).intersects(shapely.Polygon(BOX))]
+    assert len(shown) == 1
+    assert iou(shown[0], BOX) > 0.5
+
+
+def test_one_picture_that_misses_a_thing_frees_no_floor_under_it() -> None:
+    world = World()
+    world.see(ROUND_THE_BOX, BOX)
+    for eye in ROUND_THE_BOX[:2]:
+        (item,) = world.objects()
+        (missed,) = world.tracker.observe(local_map("r1", 99, floor_range_m=2.0), eye, [])
+        assert shapely.Polygon(missed).equals(polygon_of(item))
