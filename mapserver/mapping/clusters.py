@@ -17,7 +17,7 @@ from mapserver.mapping.grid import BARE_BELOW, CELL_M, LogOdds, Window
 from protocol.geometry import Array
 
 SEEN_ABOVE = 0.3  # log-odds: one sharp look
-BARE_GAP_CELLS, HIDDEN_GAP_CELLS = 2, 4  # half of what two pieces of one base may be apart, where floor between them was seen, or was not
+BARE_GAP_CELLS, HIDDEN_GAP_CELLS = 2, 4  # half of what pieces of one base may be apart: bare floor between them, or floor that is hidden
 REACH_CELLS = 4  # a point so near to a cluster lies on it
 LEAST_CELLS = 6
 LARGE_CELLS = 80  # across: what is smaller is one thing, however it lies
@@ -51,11 +51,6 @@ class Clusters(NamedTuple):
     def cells_of(self, cluster: int) -> Array:
         """Return the centres of a cluster's base cells, (n, 2) [m; arena]."""
         return np.asarray((self.cells[cluster - 1][:, ::-1] + 0.5) * CELL_M + self.window.origin_m)
-
-    def covers(self, point_m: Array) -> bool:
-        """Tell whether a point, (2,) [m; arena], lies in the window."""
-        column, row = np.floor((point_m - self.window.origin_m) / CELL_M)
-        return bool(0 <= column < self.labels.shape[1] and 0 <= row < self.labels.shape[0])
 
 
 def clusters_of(window: Window, log_odds: LogOdds) -> Clusters:
