@@ -25,7 +25,10 @@ from protocol.geometry import Array
 RASTER_M = 0.005  # cells in which views vote
 MAJORITY = 0.65  # of the most votes that any cell has makes a cell part of the footprint; things that touch make outlines too large
 LEAST_AGREED = 0.5  # of the area of a typical single vote
-SMALL_M, LONG_M = 0.15, 1.0  # what is no deeper need not have a base line as long; of a wall, nobody knows how deep it is
+SMALL_M = 0.15  # what is no deeper need not have a base line as long
+LONG_M, WALL_M = 1.0, 0.15  # a base line as long is that of a wall, which goes on behind it for at least this
+MARGIN_M = WALL_M + 0.01  # of the raster around all that is drawn
+THINNEST = np.ones((3, 3), np.uint8)  # 1.5 cm: what is left thinner between bare floor is no part of a thing
 LEAST_WIDTH_SHARE = 0.35  # of the widest view: what shows less is no view of the whole thing
 LEAST_BASE_CELLS = 15  # fewer are no base line
 NEAR_BASE = np.ones((9, 9), np.uint8)  # 2 cm to all sides
@@ -76,7 +79,7 @@ def footprint(views: Sequence[Silhouette], height_m: float | None, ground: Groun
     if not len(overlap):
         return None
     base_m = np.empty((0, 2)) if ground is None or len(ground.base_m) < LEAST_BASE_CELLS else ground.base_m
-    origin = np.vstack([lowest[overlap], base_m]).min(axis=0) - 2.0 * RASTER_M
+    origin = np.vstack([lowest[overlap], base_m]).min(axis=0) - MARGIN_M
     first = np.floor((lowest[overlap] - origin) / RASTER_M).astype(int) - 1
     beyond = np.ceil((highest[overlap] - origin) / RASTER_M).astype(int) + 2
     votes = [
@@ -86,7 +89,7 @@ def footprint(views: Sequence[Silhouette], height_m: float | None, ground: Groun
     ]
     if not votes:
         return None
-    size = np.vstack([beyond, np.ceil((base_m - origin) / RASTER_M).astype(int) + 2]).max(axis=0)
+    size = np.vstack([beyond, np.ceil((base_m + MARGIN_M - origin) / RASTER_M).astype(int)]).max(axis=0)
     agreed = _majority(votes, size)
     base_line = _painted(base_m, origin, agreed.shape)
     if height_m is not None and len(base_m) and not (agreed & (cv2.dilate(base_line, NEAR_BASE) > 0)).any():
@@ -164,11 +167,12 @@ def _painted(cells_m: Array, origin: Array, shape: tuple[int, ...]) -> NDArray[n
 def _on_ground(agreed: NDArray[np.bool_], is_bare: IsBare, base_m: Array, base_line: NDArray[np.uint8], origin: Array) -> NDArray[np.bool_]:
     """Return the cells that views agree on, less bare floor and what is too far from the base line, and with that."""
     rows, columns = agreed.shape
-    kept = agreed & ~is_bare(origin[0] + (np.arange(columns) + 0.5) * RASTER_M, origin[1] + (np.arange(rows) + 0.5) * RASTER_M)
+    bare = is_bare(origin[0] + (np.arange(columns) + 0.5) * RASTER_M, origin[1] + (np.arange(rows) + 0.5) * RASTER_M)
+    kept = np.asarray(cv2.morphologyEx((agreed & ~bare).view(np.uint8), cv2.MORPH_OPEN, THINNEST) > 0)
     if len(base_m):
         length_m = float(np.hypot(*np.ptp(base_m, axis=0)))
-        if length_m < LONG_M:
-            kept &= cv2.distanceTransform(1 - base_line, cv2.DIST_L2, cv2.DIST_MASK_3) < max(length_m, SMALL_M) / RASTER_M
+        away_m = cv2.distanceTransform(1 - base_line, cv2.DIST_L2, cv2.DIST_MASK_3) * RASTER_M
+        kept = (kept & (away_m < max(length_m, SMALL_M))) if length_m < LONG_M else (kept | ((away_m < WALL_M) & ~bare))
         kept |= base_line > 0
     return kept if kept.any() else agreed
 

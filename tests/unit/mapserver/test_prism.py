@@ -98,6 +98,15 @@ def test_a_base_line_that_the_views_miss_is_part_of_the_thing() -> None:
     assert found.base.bounds[2] > 0.29
 
 
+def test_a_wall_goes_on_behind_its_base_line_where_the_floor_is_not_bare() -> None:
+    line = np.array([[0.5, y_m] for y_m in np.linspace(-0.8, 0.8, 161)])
+    seen = seen_from((-0.3, 0.0), rectangle(0.51, 0.0, 0.02, 1.6), 0.0)
+    found = footprint([seen], 0.2, Ground(lambda x_m, y_m: np.tile(x_m < 0.49, (len(y_m), 1)), line))
+    assert found is not None
+    low_x, _, high_x, _ = found.base.bounds
+    assert (low_x, high_x) == (pytest.approx(0.49, abs=0.02), pytest.approx(0.65, abs=0.02))
+
+
 def test_a_few_base_cells_are_no_base_line() -> None:
     speck = np.array([[-0.4, y_m] for y_m in np.linspace(0.0, 0.05, 6)])
     found = footprint([seen_from((-0.8, 0.0), rectangle(0.0, 0.0, 0.2, 0.2))], HEIGHT_M, Ground(nowhere_bare, speck))
