@@ -99,12 +99,15 @@ class Approach:
             drive = Drive(lane)
             self._stages = [Turn(start, float(lane.headings_rad[0])), drive, Turn(drive.end(), slot.theta_rad)]
         self._now = 0
+        self.waited_s = 0.0  # for the robot, which has been too far behind for so long
 
     def advance(self, elapsed_s: float, pose: Pose2) -> Reference:
         """Go on, unless the robot is too far behind, and return where it should be now."""
         behind = self.reference().arena_from_body.between(pose)
         if math.hypot(behind.x_m, behind.y_m) > AWAY_M or abs(behind.theta_rad) > AWAY_RAD:
+            self.waited_s += elapsed_s
             return self.reference()._replace(speed_m_s=0.0, turn_rad_s=0.0)
+        self.waited_s = 0.0
         while self._stages[self._now].is_done() and self._now + 1 < len(self._stages):
             self._now += 1
         self._stages[self._now].advance(elapsed_s)

@@ -15,7 +15,7 @@ from protocol.geometry import Array, Pose2
 
 APART_M = 0.08  # between bodies that drive at the same time
 TRY_EVERY_STEPS = 5
-PATIENCE_S = 4.0  # with nobody on the way, after which gathering has failed
+PATIENCE_S = 4.0  # with nobody on the way, or with a robot that is held up, after which gathering has failed
 SETTLING_S = 2.0  # that a robot at the end of its way may take to hold its slot
 SETTLED_M, SETTLED_RAD = 0.03, 0.12
 
@@ -54,8 +54,8 @@ class Gathering:
         return not self._missing and not self._ways
 
     def has_failed(self) -> bool:
-        """Tell whether nobody has found a way for too long."""
-        return self._idle_s > PATIENCE_S
+        """Tell whether nobody has found a way for too long, or a robot cannot go its way, though the map shows nothing on it."""
+        return self._idle_s > PATIENCE_S or any(way.waited_s > PATIENCE_S for way in self._ways.values())
 
     def missing(self) -> list[str]:
         """Return who does not hold its slot yet."""
