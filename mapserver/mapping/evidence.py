@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from mapserver.mapping.bodies import Body, robot_sector
 from mapserver.mapping.grid import CELL_M, Window, window_around
 from mapserver.mapping.raster import SHIFT_BITS, Corners, corners_of, fill
-from mapserver.mapping.view import MAX_RANGE_M
+from mapserver.mapping.view import MAX_RANGE_M, metres_per_rad
 from protocol.geometry import Array, Pose2
 from protocol.messages import LocalMap, Region
 
@@ -55,8 +55,8 @@ def evidence_of(local_map: LocalMap, arena_from_body: Pose2, bodies: Sequence[Bo
     range_m = min(local_map.floor_range_m, MAX_RANGE_M)
     window = window_around(eye_m, range_m)
     sectors = [_to_cells(sector, window) for body in bodies if (sector := robot_sector(eye_m, body, 2.0 * range_m)) is not None]
-    sectors += [_to_cells(footprint_m, window) for footprint_m in missed]
-    hidden = _filled(window, sectors) | _disc(window, eye_m, local_map.body_radius_m)
+    untold = [_to_cells(footprint_m, window) for footprint_m in missed]
+    hidden = _filled(window, sectors + untold) | _disc(window, eye_m, local_map.body_radius_m)
     labels = _disc(window, eye_m, range_m)  # FLOOR, until something stands there
     _paint_regions(labels, [_shape(region, local_map, arena_from_body, window) for region in local_map.regions])
     labels *= hidden == 0
@@ -101,8 +101,8 @@ def _shape(region: Region, local_map: LocalMap, arena_from_body: Pose2, window: 
 
 
 def _base_line_sigma(distance_m: float, camera_height_m: float) -> float:
-    """Return how well a base line's distance is known [m]: d tan(a) = r / h grows by (h^2 + r^2) / h for each radian."""
-    return BASE_LINE_SIGMA_RAD * (camera_height_m**2 + distance_m**2) / camera_height_m
+    """Return how well a base line's distance is known [m]."""
+    return BASE_LINE_SIGMA_RAD * metres_per_rad(distance_m, camera_height_m)
 
 
 def _to_cells(points_m: Array, window: Window) -> Corners:

@@ -22,7 +22,7 @@ from mapserver.mapping.clusters import Clusters
 from mapserver.mapping.prism import footprint
 from mapserver.mapping.silhouette import Silhouette, silhouettes_of
 from mapserver.mapping.thing import Thing
-from mapserver.mapping.view import StandingRegion, View, lay
+from mapserver.mapping.view import StandingRegion, View, lay, metres_per_rad
 from protocol.geometry import Array, Pose2
 from protocol.messages import LocalMap, MapObject
 
@@ -102,7 +102,9 @@ class ThingTracker:
             return None
         away_m = shapely.distance(_bases(self._things), shapely.Point(region.nearest_m))
         nearest = int(np.argmin(away_m))
-        return self._things[nearest] if away_m[nearest] < MATCH_M + MATCH_RAD * view.metres_per_rad(region.distance_m) else None
+        return (
+            self._things[nearest] if away_m[nearest] < MATCH_M + MATCH_RAD * metres_per_rad(region.distance_m, view.eye_height_m) else None
+        )
 
     def _missed(self, view: View, shown: set[int]) -> list[Thing]:
         """Return the things that a view should show, and does not."""
@@ -124,10 +126,10 @@ class ThingTracker:
 
     def fit(self) -> None:
         """Fit the things that were seen better since, and one more, each in its turn: by now floor beside it may have been seen bare."""
+        in_turn = self._next_in_turn()
         for thing in self._things:
-            if thing.is_stale:
+            if thing.is_stale or thing is in_turn:
                 thing.fit(self._floor.is_bare)
-        self._fit_next()
 
     def objects(self, beliefs: Mapping[str, Belief]) -> tuple[MapObject, ...]:
         """Return the things that are believed in, with the robots' present `beliefs` for their uncertainty."""
@@ -164,9 +166,10 @@ class ThingTracker:
         return bool((shapely.area(shapely.intersection(covered, seen.outline)) > EXPLAINED_SHARE * seen.outline.area).any())
 
     def _shape(self, thing: Thing, region: StandingRegion, view: View) -> None:
-        heights = [height] if (height := view.seen_height(region)) is not None else []
+        silhouette = view.silhouette(region)
+        heights = [height] if (height := view.seen_height(region, silhouette)) is not None else []
         thing.anchor_m = region.nearest_m
-        thing.add([view.silhouette(region)], heights)
+        thing.add([silhouette], heights)
 
     def _join(self, thing: Thing) -> None:
         """Join a thing with another on the same floor."""
@@ -182,13 +185,14 @@ class ThingTracker:
         thing.take_over(newer)
         self._things.remove(newer)
 
-    def _fit_next(self) -> None:
+    def _next_in_turn(self) -> Thing | None:
+        """Return the next thing of a round through all; None between two rounds."""
         while self._unfitted:
             thing = self._unfitted.pop()
             if thing in self._things:
-                thing.fit(self._floor.is_bare)
-                return
+                return thing
         self._unfitted = list(self._things)
+        return None
 
     def _forget(self, stamp_ns: int) -> None:
         """Forget what is not believed in, what stayed a guess, and, of too much, the least believed."""

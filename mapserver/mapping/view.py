@@ -56,10 +56,6 @@ class View:
         """Return how well a thing at this distance is resolved: a pixel's length on the floor, squared and inverted."""
         return 1.0 / (1.0 + (distance_m / self.eye_height_m) ** 2) ** 2
 
-    def metres_per_rad(self, distance_m: float) -> float:
-        """Return how far apart on the floor, along the line of sight, two directions a radian apart meet it: d tan(a) = r / h."""
-        return (self.eye_height_m**2 + distance_m**2) / self.eye_height_m
-
     def shows_whole(self, region: StandingRegion) -> bool:
         """Tell whether no other robot, nor a nearer thing, cuts off a region. Where the reach does, its base line is still whole."""
         return not region.covered and not region.outline.intersects(self.hidden)
@@ -75,15 +71,19 @@ class View:
         """Return the region as a view of one thing."""
         return Silhouette(self.eye_m, self.eye_height_m, region.outline, self.weight(region.distance_m))
 
-    def seen_height(self, region: StandingRegion) -> SeenHeight | None:
-        """Return the region's height with the weight of this view, the more of the thing's width it shows; None where it told none.
+    def seen_height(self, region: StandingRegion, silhouette: Silhouette) -> SeenHeight | None:
+        """Return the region's height with the weight of its silhouette, the more of the thing's width it shows; None where it told none.
 
         A height that no top in sight can have is none.
         """
         if region.height_m is None or not 0.0 < region.height_m < self.eye_height_m:
             return None
-        silhouette = self.silhouette(region)
         return SeenHeight(region.height_m, silhouette.weight * silhouette.extent.width_m)
+
+
+def metres_per_rad(distance_m: float, eye_height_m: float) -> float:
+    """Return how far apart on the floor, along the line of sight, directions a radian apart meet it: (h^2 + r^2) / h, by tan(a) = r / h."""
+    return (eye_height_m**2 + distance_m**2) / eye_height_m
 
 
 def lay(local_map: LocalMap, arena_from_body: Pose2, bodies: Sequence[Body]) -> View:
