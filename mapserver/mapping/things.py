@@ -102,9 +102,8 @@ class ThingTracker:
             return None
         away_m = shapely.distance(_bases(self._things), shapely.Point(region.nearest_m))
         nearest = int(np.argmin(away_m))
-        return (
-            self._things[nearest] if away_m[nearest] < MATCH_M + MATCH_RAD * metres_per_rad(region.distance_m, view.eye_height_m) else None
-        )
+        near_m = MATCH_M + MATCH_RAD * metres_per_rad(region.distance_m, view.eye_height_m)
+        return self._things[nearest] if away_m[nearest] < near_m else None
 
     def _missed(self, view: View, shown: set[int]) -> list[Thing]:
         """Return the things that a view should show, and does not."""
