@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from deploy.simulation import Plan
+from sim.arena_robots import WEDGE_ANGLE_RAD, WEDGE_SPACING_M
 from sim.scenario import Scenario
 
 WORLD_FOLDER = "world"
@@ -23,7 +24,13 @@ def plan_of(scenario: Scenario, world: tuple[str, ...], folder: Path, duration_s
         told=folder / WORLD_FOLDER,
         area_m=area_m,
         world=world,
-        formation={"kind": "wedge" if goals else "explore", "goals": goals, "bounds": list(area_m)},
+        formation={
+            "kind": "wedge" if goals else "explore",
+            "distance_m": WEDGE_SPACING_M,
+            "angle_rad": WEDGE_ANGLE_RAD,
+            "goals": goals,
+            "bounds": list(area_m),
+        },
         clock="lockstep",
         pace=1.0,
         duration_s=duration_s,

@@ -25,7 +25,7 @@ LONGEST_STEP_S = 0.5  # of time that counts as driven between two moments
 LOST_MARGIN_M = 0.03  # around a robot that nobody hears
 OPEN_M = 0.02  # slots so near to the shape's own count as open
 RETRY_S = 0.5  # between two attempts to form up
-LITTLE_EFFORT_M = 0.5  # of gathering, for which nobody looks for a better leader
+CHANGE_M = 0.5  # of gathering that another leader has to save
 SETTLE_S = 0.6  # that robots take to come to rest after their references did
 
 
@@ -155,13 +155,14 @@ class FormationController:
         """Begin to gather behind the leader that makes least work of it."""
         started: list[Start] = []
         from_goal = Reach(scene, np.array(goal), berth_of(self._body))
-        for leader in self._leaders(moment, from_goal):
+        first, *others = self._leaders(moment, from_goal)
+        for leader in (first, *others):
             start = form_up(moment.poses, leader, goal, from_goal, self._task.shape, self._body, scene, self._stood_m)
             started += [] if start is None else [start]
-            if start is not None and start.effort_m < LITTLE_EFFORT_M:
+            if start is not None and start.effort_m < CHANGE_M:
                 break
         if started:
-            best = min(started, key=lambda start: (start.plan.leader in self._unfit, start.effort_m))
+            best = min(started, key=lambda start: (start.plan.leader in self._unfit, start.effort_m + CHANGE_M * (start.plan.leader != first)))
             self._leader, self._trouble, self._stood_m = best.plan.leader, "", None
             self._is_led_on = True
             self._activity = Gathering(best.plan, best.arc_m, moment.poses, self._body)

@@ -11,7 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from mapserver.formation.costmap import CostMap
-from mapserver.formation.narrowing import Spacing, backs_along, blended, closest_along, lefts_along
+from mapserver.formation.falling_in import Spacing, backs_along, closest_along
+from mapserver.formation.narrowing import blended, lefts_along
 from mapserver.formation.speeds import speeds_along
 from mapserver.formation.trail import STEP_M, Lane, Reference, sample
 from protocol.geometry import Array
@@ -110,9 +111,7 @@ def make_plan(
     if held is not None:
         lefts_m = _each_blended(held.lefts_m, lefts_m, arc_m - backs_now_m)
     lanes = (trail, *(trail.beside(left_m) for left_m in lefts_m))
-    backs_m = backs_along(lanes, offsets, arc_m, body.spacing)
-    if held is not None:
-        backs_m = _each_blended(held.backs_m, backs_m, np.full(len(offsets), arc_m))
+    backs_m = backs_along(lanes, offsets[:, 0], arc_m, body.spacing, None if held is None else held.backs_m)
     room_m = cost_map.clearance_m(trail.points_m).astype(np.float64) - body.radius_m
     speeds_m_s = speeds_along(lanes, backs_m, room_m, body.cruise_m_s, body.most_m_s)
     return Plan(names, offsets, lefts_m, backs_m, lanes, speeds_m_s, goal_m)
@@ -120,8 +119,10 @@ def make_plan(
 
 def meets_from_m(plan: Plan, arc_m: float, body: Body) -> float:
     """Return the arc length of the leader from which two robots of a plan would come too near, its end where none do."""
-    near = closest_along(plan.lanes, plan.backs_m) < body.spacing.least_m - MEETING_M
-    near[: int(arc_m / STEP_M)] = False
+    apart_m = closest_along(plan.lanes, plan.backs_m)
+    first = int(arc_m / STEP_M)
+    near = apart_m < min(body.spacing.least_m - MEETING_M, apart_m[first] - MEETING_M)  # who stands nearer may part
+    near[:first] = False
     return STEP_M * int(np.argmax(near)) if near.any() else plan.trail.length_m
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from mapserver.formation.assignment import assign, total_distance_m
 from mapserver.formation.costmap import CostMap
 from mapserver.formation.follow import LEAST_SIDE_M, Body, Plan, make_plan, meets_from_m
-from mapserver.formation.narrowing import column_backs
+from mapserver.formation.falling_in import column_backs
 from mapserver.formation.onward import NEAR_M, berth_of, ways_on
 from mapserver.formation.planning import Reach
 from mapserver.formation.shapes import Shape, follower_offsets
@@ -85,7 +85,7 @@ def _effort_m(plan: Plan, arc_m: float, poses: Mapping[str, Pose2]) -> float:
 def _can_start(plan: Plan, arc_m: float, body: Body, cost_map: CostMap) -> bool:
     """Tell whether nothing stands between the robots of a plan, nor just ahead of any."""
     rearmost_m = arc_m - float(sample(plan.backs_m.T, arc_m).max(initial=0.0))
-    between_m = plan.trail.points_m[int(rearmost_m / STEP_M) : int(arc_m / STEP_M) + 1]
+    between_m = plan.trail.points_m[max(int(rearmost_m / STEP_M), 0) : int(arc_m / STEP_M) + 1]
     until_m = min(arc_m + START_M, plan.trail.length_m)
     is_open = cost_map.clearance_m(between_m).min() >= body.radius_m + LEAST_SIDE_M
     return bool(is_open and min(plan.clear_until_m(arc_m, body.radius_m, cost_map), meets_from_m(plan, arc_m, body)) >= until_m)
