@@ -8,8 +8,8 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from mapserver.formation.floor import Bounds
 from mapserver.formation.falling_in import Spacing
+from mapserver.formation.floor import Bounds
 from mapserver.formation.shapes import Kind, Shape, closest_pair_m, follower_offsets
 from mapserver.formation.task import Task
 from mapserver.mapping.pose_graph import Start

@@ -162,13 +162,17 @@ class FormationController:
             if start is not None and start.effort_m < CHANGE_M:
                 break
         if started:
-            best = min(started, key=lambda start: (start.plan.leader in self._unfit, start.effort_m + CHANGE_M * (start.plan.leader != first)))
+            best = min(started, key=lambda start: (start.plan.leader in self._unfit, self._effort_m(start, first)))
             self._leader, self._trouble, self._stood_m = best.plan.leader, "", None
             self._is_led_on = True
             self._activity = Gathering(best.plan, best.arc_m, moment.poses, self._body)
             return
         self._mission.give_up()
         self._trouble, self._pause_s = f"no way to ({goal[0]:.2f}, {goal[1]:.2f})", RETRY_S
+
+    @staticmethod
+    def _effort_m(start: Start, leader: str) -> float:
+        return start.effort_m if start.plan.leader == leader else start.effort_m + CHANGE_M
 
     def _leaders(self, moment: Moment, from_goal: Reach) -> list[str]:
         """Return who may lead: whoever does already, then, so that a dead end can be left, who is nearest to the goal."""

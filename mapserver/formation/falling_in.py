@@ -136,9 +136,9 @@ def _eased(own_m: Array) -> Array:
     margin = 2 * EASE_STEPS
     before_m = own_m[0] - STEP_M * np.arange(margin, 0, -1)
     after_m = own_m[-1] + STEP_M * np.arange(1, margin + 1)
-    long_m = np.concatenate([before_m, own_m, after_m])
+    long_m: Array = np.concatenate([before_m, own_m, after_m])
     for _ in range(2):
-        long_m = uniform_filter1d(long_m, 2 * EASE_STEPS + 1, mode="nearest")
+        long_m = np.asarray(uniform_filter1d(long_m, 2 * EASE_STEPS + 1, mode="nearest"))
     return long_m[margin:-margin]
 
 

@@ -10,8 +10,8 @@ import numpy as np
 
 from mapserver.formation.assignment import assign, total_distance_m
 from mapserver.formation.costmap import CostMap
-from mapserver.formation.follow import LEAST_SIDE_M, Body, Plan, make_plan, meets_from_m
 from mapserver.formation.falling_in import column_backs
+from mapserver.formation.follow import LEAST_SIDE_M, Body, Plan, make_plan, meets_from_m
 from mapserver.formation.onward import NEAR_M, berth_of, ways_on
 from mapserver.formation.planning import Reach
 from mapserver.formation.shapes import Shape, follower_offsets

@@ -49,7 +49,7 @@ def test_one_waits_for_the_other_where_their_lanes_meet_and_catches_up() -> None
 @pytest.mark.parametrize("radius_m", [0.12, 0.17, 0.3])
 def test_nobody_comes_near_on_a_trail_that_turns_about(radius_m: float) -> None:
     lanes = [hairpin(radius_m)] * 4
-    backs_m = backs_along(lanes, 0.33 * np.arange(1, 4), 1.1, SPACING)
+    backs_m = backs_along(lanes, np.array([0.33, 0.66, 0.99]), 1.1, SPACING)
     assert closest_along(lanes, backs_m)[115:].min() > min(SPACING.least_m, 2.0 * radius_m) - 0.03
 
 

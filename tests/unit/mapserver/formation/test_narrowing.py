@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from mapserver.formation.costmap import CostMap, cost_map
-from mapserver.formation.floor import Bounds, Floor
 from mapserver.formation.falling_in import Spacing, backs_along, closest_along
+from mapserver.formation.floor import Bounds, Floor
 from mapserver.formation.narrowing import blended, lefts_along
 from mapserver.formation.speeds import ACCELERATION_M_S2, speeds_along, stoppable
 from mapserver.formation.trail import STEP_M, Lane
