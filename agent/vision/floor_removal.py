@@ -29,7 +29,7 @@ LINE_WIDTH_PX = 5  # dark lines thinner than this, as between tiles, belong to w
 SAMPLE_STEP_PX = 8  # the illumination is smooth: every eighth pixel tells all of it
 LEARNING_REACH_IN_HEIGHTS = 1.3  # floor colours are learnt out to this distance from the robot
 SECTORS = 24  # directions that are counted apart
-SUPPORT = 0.35  # a colour seen in this share of all directions is floor
+COLOUR_SUPPORT, LEVEL_SUPPORT = 0.6, 0.6  # a colour, or a brightness, seen in this share of all directions is floor
 FORGETTING = 0.15  # share of the newest picture in what is remembered
 
 CHROMA_BIN, CHROMA_BINS = 0.004, 80  # +-0.16 in the logarithm of a colour ratio
@@ -203,7 +203,7 @@ def _support(counts: Field, totals: Field) -> Field:
 
 def _known_colours(colours: FloorColours, margin_bins: int) -> NDArray[np.bool_]:
     """Return which bins, (CHROMA_BINS, CHROMA_BINS), are within `margin_bins` of a colour that was learnt."""
-    known = (colours.chroma_support > SUPPORT).astype(np.uint8)
+    known = (colours.chroma_support > COLOUR_SUPPORT).astype(np.uint8)
     middle = slice(CHROMA_BINS // 2 - 1, CHROMA_BINS // 2 + 1)
     known[middle, middle] = 1  # the fitted surface is floor
     width = 2 * margin_bins + 1
@@ -219,7 +219,7 @@ def _odd_colour(red: Field, blue: Field, known: NDArray[np.bool_]) -> NDArray[np
 
 def _odd_brightness(brightness: Field, support: Field) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
     """Return where the brightness lies well below, and where well above the learnt range around the illumination, (rows, cols)."""
-    known = np.flatnonzero(support > SUPPORT)
+    known = np.flatnonzero(support > LEVEL_SUPPORT)
     centre = BRIGHTNESS_BINS / 2.0
     low = min(0.0, (known[0] - centre + 1.0) * BRIGHTNESS_BIN) if known.size else 0.0
     high = max(0.0, (known[-1] - centre) * BRIGHTNESS_BIN) if known.size else 0.0
