@@ -21,11 +21,13 @@ def both(tmp_path_factory: pytest.TempPathFactory) -> Both:
 
 
 @pytest.mark.slow
+@pytest.mark.timeout(300)
 def test_the_excerpt_s_twin_has_its_path_error_within_a_factor_of_two(both: Both) -> None:
     assert is_alike(path_ratio(*both)), f"{path_ratio(*both):.2f}"
 
 
 @pytest.mark.slow
+@pytest.mark.timeout(300)
 def test_the_twin_loses_no_pose_and_draws_no_robot(both: Both) -> None:
     _, twin = both
     assert (twin["missing_poses"], twin["robots_drawn"]) == (0, 0)
