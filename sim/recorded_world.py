@@ -39,6 +39,7 @@ SURFACES: Mapping[str, tuple[Rgb, Material]] = {
 }
 UNKNOWN_SURFACE: tuple[Rgb, Material] = ((150, 150, 150), "speckle")
 FLOORS: Mapping[str, FloorKind] = {"grid": "grid", "tiles": "grid", "wood": "wood", "concrete": "concrete"}  # any other is paint
+BEYOND_M = 2.0  # bounds tell what a map is asked for; the floor goes on past them, farther than robots judge it
 
 _Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
 _Point = tuple[FiniteFloat, FiniteFloat]
@@ -53,6 +54,7 @@ class _Obstacle(_Table):
     material: str
     height: _Positive
     footprint: Annotated[tuple[_Point, ...], Field(min_length=3)]
+    present_until_s: FiniteFloat | None = None
 
 
 class _World(_Table):
@@ -78,11 +80,18 @@ _AnyTable = TypeVar("_AnyTable", bound=_Table)
 
 
 def read_scene(folder: Path) -> Scene:
-    """Return what stands on a recording's floor at its start; raises RecordingError that names the field."""
+    """Return what stands on a recording's floor at its start, without the room around it; raises RecordingError that names the field."""
     world = _read(folder, WORLD_FILE, _World)
-    low, high = np.min(world.arena_bounds, axis=0).tolist(), np.max(world.arena_bounds, axis=0).tolist()
+    low, high = (np.min(world.arena_bounds, axis=0) - BEYOND_M).tolist(), (np.max(world.arena_bounds, axis=0) + BEYOND_M).tolist()
     things = tuple(_thing(number, obstacle) for number, obstacle in enumerate(world.obstacles))
     return Scene(low[0], low[1], high[0], high[1], FLOORS.get(world.floor_variant, "paint"), things, exposure=1.0, seed=1)
+
+
+def read_departures(folder: Path) -> dict[str, float]:
+    """Return when things of the scene are carried away, by name [s since the first frame]; raises RecordingError that names the field."""
+    obstacles = _read(folder, WORLD_FILE, _World).obstacles
+    until_s = {_name(number, obstacle): obstacle.present_until_s for number, obstacle in enumerate(obstacles)}
+    return {name: time_s for name, time_s in until_s.items() if time_s is not None}
 
 
 def read_bodies(folder: Path) -> dict[str, RobotBody]:
@@ -119,7 +128,11 @@ def _read(folder: Path, name: str, table: type[_AnyTable]) -> _AnyTable:
 
 def _thing(number: int, obstacle: _Obstacle) -> Thing:
     rgb, material = SURFACES.get(obstacle.material, UNKNOWN_SURFACE)
-    return Thing(f"{obstacle.kind}-{number}", obstacle.kind, np.array(obstacle.footprint), obstacle.height, rgb, material)
+    return Thing(_name(number, obstacle), obstacle.kind, np.array(obstacle.footprint), obstacle.height, rgb, material)
+
+
+def _name(number: int, obstacle: _Obstacle) -> str:
+    return f"{obstacle.kind}-{number}"
 
 
 def _body(rig: RobotRig, team_rgb: Rgb) -> RobotBody:

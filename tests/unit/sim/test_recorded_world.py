@@ -8,8 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from agent.vision.floor_view import REACH_IN_HEIGHTS
 from protocol.errors import RecordingError
-from sim.recorded_world import read_bodies, read_ceiling_view, read_scene, read_view
+from sim.recorded_world import read_bodies, read_ceiling_view, read_departures, read_scene, read_view
+from sim.world.floor_picture import MARGIN_M
 
 SENSOR = """\
 {mount}:
@@ -26,7 +28,7 @@ WORLD = {
     "arena_bounds": [[-2, -1.5], [2, -1.5], [2, 1.5], [-2, 1.5]],
     "obstacles": [
         {"id": 0, "kind": "box", "material": "card", "height": 0.14, "footprint": [[0, 0], [1, 0], [1, 1]]},
-        {"id": 1, "kind": "cylinder", "material": "velvet", "height": 0.2, "footprint": [[0, 0], [1, 0], [1, 1]]},
+        {"id": 1, "kind": "cylinder", "material": "velvet", "height": 0.2, "footprint": [[0, 0], [1, 0], [1, 1]], "present_until_s": 3.5},
     ],
 }
 
@@ -44,8 +46,19 @@ def recorded(tiny: Path) -> Path:
 
 def test_a_scene_holds_the_recorded_things(recorded: Path) -> None:
     scene = read_scene(recorded)
-    assert (scene.x_min_m, scene.y_min_m, scene.x_max_m, scene.y_max_m, scene.floor) == (-2.0, -1.5, 2.0, 1.5, "grid")
+    assert scene.floor == "grid"
     assert [(thing.kind, thing.height_m, thing.material) for thing in scene.things] == [("box", 0.14, "card"), ("cylinder", 0.2, "speckle")]
+
+
+def test_floor_goes_on_past_the_bounds_farther_than_robots_judge_it(recorded: Path) -> None:
+    scene = read_scene(recorded)
+    farthest_m = REACH_IN_HEIGHTS * read_bodies(recorded)["r1"].camera_height_m
+    assert scene.x_max_m + MARGIN_M - 2.0 > farthest_m
+    assert scene.y_min_m - MARGIN_M + 1.5 < -farthest_m
+
+
+def test_what_is_carried_away_is_told_with_its_time(recorded: Path) -> None:
+    assert read_departures(recorded) == {"cylinder-1": 3.5}
 
 
 def test_bodies_and_views_are_as_recorded(recorded: Path) -> None:
