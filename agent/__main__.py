@@ -12,16 +12,14 @@ from pathlib import Path
 
 import cv2
 
-from agent.attention import AttentiveTimer
 from agent.calibration import read_calibration
 from agent.config import AgentConfig, load_config
 from agent.drivers.bus_camera import BusCamera
-from agent.guard_process import GuardProcess
+from agent.helm_process import HelmProcess
 from agent.logs import start_logging
 from agent.methods import make_pipeline
 from agent.rig import Calibration
 from agent.service import Service
-from agent.steering import Steering
 from protocol.errors import OmmatidiaError
 from protocol.news import News
 from protocol.stage_clock import StageClock
@@ -50,24 +48,22 @@ def run_agent(config_file: Path) -> int:
 
 
 def _serve(config_file: Path, config: AgentConfig, calibration: Calibration, stop: StopRequest) -> None:
-    """Start guard, links, camera and pipeline, and turn the loop between them; all of them end with it."""
+    """Start helm, links, camera and pipeline, and turn the loop between them; all of them end with it."""
     cv2.setNumThreads(1)  # one core is a robot's share of a machine, and one thread gives the same numbers on every machine
     clock = StageClock()
     epoch = _epoch()
     with ExitStack() as stack:
-        guard = stack.enter_context(GuardProcess.start(config_file))  # first: from here on the wheels stand
+        helm = stack.enter_context(HelmProcess.start(config_file))  # first: it has the wheels stand
         news = stack.enter_context(News())
-        news.watch(guard)
+        news.watch(helm)
         bus = stack.enter_context(open_client(config.robot.site, config.robot.endpoint, stop.asked, news))
         world = stack.enter_context(open_client(config.robot.site, config.camera.endpoint, stop.asked, news))
-        steering = Steering(config, bus, guard)
-        timer = AttentiveTimer(clock, steering.turn)  # a step takes longer than setpoints may wait for their answer
-        pipeline = make_pipeline(config.robot.name, epoch, config.robot.method, config.body.body(), calibration, timer)
-        guard.wait_ready(stop.asked)
+        pipeline = make_pipeline(config.robot.name, epoch, config.robot.method, config.body.body(), calibration, clock)
+        helm.wait_ready(stop.asked)
         camera = BusCamera(world, config.robot.name, (calibration.width_px, calibration.height_px), clock)
-        gc.freeze()  # what is loaded by now lives as long as the process: no collection has to look through it, and hold up the wheels
+        gc.freeze()  # what is loaded by now lives as long as the process: no collection has to look through it
         _log.info("ready, epoch %d", epoch)
-        Service(config, camera, steering, bus, pipeline, wait=news.wait, epoch=epoch, clock=clock).run(stop.asked)
+        Service(config, camera, helm, bus, pipeline, wait=news.wait, epoch=epoch, clock=clock).run(stop.asked)
 
 
 def _epoch() -> int:

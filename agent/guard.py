@@ -1,26 +1,26 @@
-"""The wheel guard: the robot's second process, which alone owns the wheels. `python -m agent.guard --config FILE --pipe FD`.
+"""The wheel guard: the robot's third process, which alone owns the wheels. `python -m agent.guard --config FILE --pipe FD`.
 
-It turns at least every 20 ms, hands the wheels' readings to the agent and the agent's drive orders to the wheels, and stops the wheels
-when an order has become too old, when the agent's loop has stood still for 0.2 s, when it is told to hold them, when the agent is gone,
-at SIGTERM or SIGINT, and on every other way out. It lives in a session of its own, so that whatever ends the agent leaves it the time to
+It turns at least every 20 ms, hands the wheels' readings to the helm and the helm's drive orders to the wheels, and stops the wheels
+when an order has become too old, when the helm's loop has stood still for 0.2 s, when it is told to hold them, when the helm is gone,
+at SIGTERM or SIGINT, and on every other way out. It lives in a session of its own, so that whatever ends the helm leaves it the time to
 do so.
 """
 
 from __future__ import annotations
 
-import argparse
 import logging
-import socket
 import sys
 import time
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
+from agent.child import told
 from agent.config import load_config
 from agent.drivers.bus_wheels import BusWheels
 from agent.drivers.wheels import Wheels
-from agent.guard_pipe import DriveOrder, GuardReport, Instruction, Latch, LatchOrder, Pipe
+from agent.guard_pipe import DriveOrder, GuardReport, Instruction, Latch, LatchOrder
 from agent.logs import start_logging
+from agent.pipe import Pipe
 from protocol.errors import OmmatidiaError
 from protocol.messages import WheelCommand, WheelReadings
 from protocol.news import News
@@ -36,17 +36,17 @@ _log = logging.getLogger(__name__)
 
 
 class Guard:
-    """Stands between an agent and its wheels."""
+    """Stands between a helm and its wheels."""
 
     def __init__(self, wheels: Wheels, pipe: Pipe, clock_s: Callable[[], float] = time.monotonic) -> None:
         self._wheels, self._pipe, self._clock_s = wheels, pipe, clock_s
-        self._beat_s: float | None = None  # when the agent's last instruction came; None while it is silent
+        self._beat_s: float | None = None  # when the helm's last instruction came; None while it is silent
         self._until_s: float | None = None  # until when the last order holds; None while there is none
         self._applied, self._latch = _STANDING, _FREE
         self._told = False
 
     def run(self, stopping: Callable[[], bool]) -> None:
-        """Guard the wheels until the agent is gone or the process is asked to end; the wheels stand before and after."""
+        """Guard the wheels until the helm is gone or the process is asked to end; the wheels stand before and after."""
         try:
             self._stop()
             self._report(None)
@@ -56,7 +56,7 @@ class Guard:
             self._wheels.stop()
 
     def cycle(self) -> None:
-        """Hand on what the wheels have read within 20 ms, do as the agent says, and see whether it still turns."""
+        """Hand on what the wheels have read within 20 ms, do as the helm says, and see whether it still turns."""
         for readings in self._wheels.read(CYCLE_S):
             self._report(readings)
         self._pipe.flush()
@@ -68,7 +68,7 @@ class Guard:
         self._pipe.send(GuardReport(fault="", readings=readings, applied=self._applied, latch=self._latch, refused=self._refused()))
 
     def _refused(self) -> Mapping[str, int]:
-        return {**self._wheels.refused, "readings: agent too slow": self._pipe.lost}
+        return {**self._wheels.refused, "readings: helm too slow": self._pipe.lost}
 
     def _follow(self, instruction: Instruction) -> None:
         self._beat_s = self._clock_s()
@@ -94,12 +94,12 @@ class Guard:
         self._report(None)
 
     def _watch(self) -> None:
-        """Stop the wheels once when the agent's orders, or all its instructions, stay away."""
+        """Stop the wheels once when the helm's orders, or all its instructions, stay away."""
         now_s = self._clock_s()
         if self._beat_s is not None and now_s - self._beat_s > HEARTBEAT_LIMIT_S:
             self._beat_s = None
             self._stop()
-            _log.log(logging.DEBUG if self._told else logging.INFO, "the agent was silent for %.1f s: wheels stopped", HEARTBEAT_LIMIT_S)
+            _log.log(logging.DEBUG if self._told else logging.INFO, "the helm was silent for %.1f s: wheels stopped", HEARTBEAT_LIMIT_S)
             self._told = True
         elif self._until_s is not None and now_s > self._until_s:
             self._stop()
@@ -113,17 +113,13 @@ class Guard:
 def main(arguments: list[str]) -> int:
     """Run the guard of the robot in a configuration file, over an inherited socket; return the exit code."""
     stop = StopRequest()
-    parser = argparse.ArgumentParser(prog="agent.guard", description="The wheel guard; an agent starts it.")
-    parser.add_argument("--config", type=Path, required=True)
-    parser.add_argument("--pipe", type=int, required=True, help="file descriptor of the socket to the agent")
-    options = parser.parse_args(arguments)
+    config_file, pipe = told("agent.guard", "The wheel guard; a helm starts it.", arguments)
     start_logging("wheel guard")
-    pipe = Pipe(socket.socket(fileno=options.pipe))
     try:
-        _guard(options.config, pipe, stop)
+        _guard(config_file, pipe, stop)
     except Stopped:
         return 0
-    except OmmatidiaError as error:  # the agent tells it to the person
+    except OmmatidiaError as error:  # the agent will tell it to the person
         pipe.send(GuardReport(fault=str(error), readings=None, applied=_STANDING, latch=_FREE, refused={}))
         return 2
     return 0

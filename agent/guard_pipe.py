@@ -1,24 +1,15 @@
-"""The pipe between an agent and its wheel guard, and what is said over it. No sender ever waits for the other side."""
+"""What helm and wheel guard say to each other over their pipe."""
 
 from __future__ import annotations
 
-import select
-import socket
-from typing import Annotated, Literal, TypeVar
+from typing import Annotated, Literal
 
 from pydantic import Field, FiniteFloat
 
-from protocol.codec import decode, encode
 from protocol.fields import Count, Message, StampNs
 from protocol.messages import WheelCommand, WheelReadings
 
-M = TypeVar("M", bound=Message)
-
 ORDER_LIMIT_S = 0.5  # no drive order holds for longer
-
-_LENGTH_BYTES = 4
-_LIMIT_BYTES = 2 * 1024 * 1024  # of one message, and of all that wait for an agent that does not read
-_CHUNK_BYTES = 64 * 1024
 
 
 class DriveOrder(Message):
@@ -38,7 +29,7 @@ class LatchOrder(Message):
 
 
 class Instruction(Message):
-    """From the agent, in every turn of its loop: that it turns, and what is to be done."""
+    """From the helm, in every turn of its loop: that it turns, and what is to be done."""
 
     count: Count
     drive: DriveOrder | None = None
@@ -61,73 +52,3 @@ class GuardReport(Message):
     applied: WheelCommand  # the speeds that the wheels were last given
     latch: Latch
     refused: dict[str, Count]  # what came in place of readings, by reason
-
-
-class Pipe:
-    """One end of a pair of sockets that carries encoded messages, each behind its length; `ended` once the other end is gone."""
-
-    def __init__(self, end: socket.socket) -> None:
-        end.setblocking(False)
-        self._end = end
-        self._incoming = bytearray()
-        self._outgoing = bytearray()
-        self.ended = False
-        self.lost = 0  # messages that the other side was too slow to take
-
-    def send(self, message: Message) -> None:
-        """Send a message, or as much as the other side has room for now; what would wait beyond the limit is dropped and counted."""
-        data = encode(message)
-        if len(self._outgoing) + len(data) > _LIMIT_BYTES:
-            self.lost += 1
-        else:
-            self._outgoing += len(data).to_bytes(_LENGTH_BYTES, "little") + data
-        self.flush()
-
-    def flush(self) -> None:
-        """Send what waits, as far as there is room."""
-        try:
-            while self._outgoing and not self.ended:
-                del self._outgoing[: self._end.send(self._outgoing)]
-        except BlockingIOError:
-            pass  # the other side is slow; the rest waits for the next call
-        except ConnectionError:
-            self.ended = True
-
-    def take(self, message_type: type[M]) -> list[M]:
-        """Return the messages that have come whole, oldest first."""
-        self._receive()
-        messages = []
-        while (data := self._next()) is not None:
-            messages.append(decode(data, message_type, _LIMIT_BYTES))
-        return messages
-
-    def wait(self, timeout_s: float) -> None:
-        """Wait until something has come, the other end is gone, or the time is over."""
-        select.select([self._end], [], [], timeout_s)
-
-    def fileno(self) -> int:
-        """Return the descriptor on which something can be read once the other side has said something, or is gone."""
-        return self._end.fileno()
-
-    def close(self) -> None:
-        """End the pipe; the other side sees it."""
-        self._end.close()
-
-    def _receive(self) -> None:
-        try:
-            while chunk := self._end.recv(_CHUNK_BYTES):
-                self._incoming += chunk
-            self.ended = True
-        except BlockingIOError:
-            pass  # all that has come is here
-        except ConnectionError:
-            self.ended = True
-
-    def _next(self) -> bytes | None:
-        """Return the next whole message's bytes."""
-        end = _LENGTH_BYTES + int.from_bytes(self._incoming[:_LENGTH_BYTES], "little")
-        if len(self._incoming) < max(end, _LENGTH_BYTES):
-            return None
-        data = bytes(self._incoming[_LENGTH_BYTES:end])
-        del self._incoming[:end]
-        return data

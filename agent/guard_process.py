@@ -1,11 +1,8 @@
-"""The agent's side of its wheel guard: starts the process, keeps it convinced, and takes the wheels' readings from it."""
+"""The helm's side of its wheel guard: starts the process, keeps it convinced, and takes the wheels' readings from it."""
 
 from __future__ import annotations
 
 import logging
-import socket
-import subprocess
-import sys
 import time
 from collections.abc import Callable, Mapping
 from contextlib import suppress
@@ -13,15 +10,13 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Self
 
-from agent.guard_pipe import DriveOrder, GuardReport, Instruction, Latch, LatchOrder, Pipe
+from agent.child import START_S, Child
+from agent.guard_pipe import DriveOrder, GuardReport, Instruction, Latch, LatchOrder
 from protocol.errors import DriverError
 from protocol.messages import WheelReadings
 from protocol.stopping import Stopped
 
-_START_S = 20.0  # loading Python on a slow board, then the driver's own 10 s to find its wheels
 _END_S = 1.0
-_POLL_S = 0.05
-_PACKAGES = Path(__file__).resolve().parents[1]  # started here, the guard takes no package from the folder of a user
 
 _FREE = Latch(stopped=False, reason="", orders=0)
 
@@ -34,15 +29,15 @@ class GuardProcess:
     A guard that was killed could not stop the wheels. Another is then started from the configuration file, which begins by that.
     """
 
-    def __init__(self, process: subprocess.Popen[bytes], pipe: Pipe, config_file: Path | None = None) -> None:
-        self._process, self._pipe, self._config_file = process, pipe, config_file
+    def __init__(self, child: Child, config_file: Path | None = None) -> None:
+        self._child, self._config_file = child, config_file
         self._instructions = 0
         self._last: GuardReport | None = None
 
     @classmethod
     def start(cls, config_file: Path) -> Self:
         """Start the guard of the robot in a configuration file."""
-        return cls(*_spawn(config_file), config_file)
+        return cls(_spawn(config_file), config_file)
 
     @property
     def refused(self) -> Mapping[str, int]:
@@ -56,30 +51,23 @@ class GuardProcess:
 
     def fileno(self) -> int:
         """Return the descriptor on which something can be read once the guard has said something."""
-        return self._pipe.fileno()
+        return self._child.pipe.fileno()
 
     def wait_ready(self, stopping: Callable[[], bool]) -> None:
         """Wait until the guard has its wheels, and they stand. Raises DriverError where it fails, Stopped as soon as `stopping` says so."""
-        deadline_s = time.monotonic() + _START_S
-        while self._last is None:
-            if stopping():
-                raise Stopped
-            if time.monotonic() > deadline_s:
-                raise DriverError(f"the wheel guard is not ready after {_START_S:g} s")
-            self._pipe.wait(_POLL_S)
-            self.take()
+        self._child.wait_ready(self._has_reported, stopping)
 
     def instruct(self, drive: DriveOrder | None = None, latch: LatchOrder | None = None) -> None:
-        """Tell the guard that the agent's loop turns, and what to do."""
-        self._pipe.send(Instruction(count=self._instructions, drive=drive, latch=latch))
+        """Tell the guard that the helm's loop turns, and what to do."""
+        self._child.pipe.send(Instruction(count=self._instructions, drive=drive, latch=latch))
         self._instructions += 1
 
     def take(self) -> list[WheelReadings]:
         """Return the readings that have come, oldest first. Raises DriverError where the guard has ended."""
-        reports = self._pipe.take(GuardReport)
+        reports = self._child.pipe.take(GuardReport)
         if reports and reports[-1].fault:
             raise DriverError(f"wheel guard: {reports[-1].fault}")
-        if self._pipe.ended:
+        if self._child.pipe.ended:
             raise DriverError("the wheel guard was ended by something else; without it no wheel may turn")
         if reports:
             self._last = reports[-1]
@@ -87,22 +75,21 @@ class GuardProcess:
 
     def close(self) -> None:
         """End the pipe, on which the guard stops the wheels and ends; one that does not is killed."""
-        self._pipe.close()
-        try:
-            self._process.wait(_END_S)
-        except subprocess.TimeoutExpired:
-            self._process.kill()
-            self._process.wait()
-        if self._process.returncode < 0 and self._last is not None:  # before its first report it has not touched the wheels
+        exit_code = self._child.end(_END_S)
+        if exit_code < 0 and self._last is not None:  # before its first report it has not touched the wheels
             self._stop_wheels_anew()
+
+    def _has_reported(self) -> bool:
+        self.take()
+        return self._last is not None
 
     def _stop_wheels_anew(self) -> None:
         """Have another guard stop the wheels; called once, since that one has no configuration file to start a third from."""
         if self._config_file is None:
             return
         _log.error("the wheel guard was killed; another one stops the wheels")
-        deadline_s = time.monotonic() + _START_S
-        with GuardProcess(*_spawn(self._config_file)) as successor, suppress(Stopped):
+        deadline_s = time.monotonic() + START_S
+        with GuardProcess(_spawn(self._config_file)) as successor, suppress(Stopped):
             successor.wait_ready(lambda: time.monotonic() > deadline_s)
 
     def __enter__(self) -> Self:
@@ -112,10 +99,5 @@ class GuardProcess:
         self.close()
 
 
-def _spawn(config_file: Path) -> tuple[subprocess.Popen[bytes], Pipe]:
-    """Start a guard, and return it with our end of the pipe."""
-    ours, theirs = socket.socketpair()
-    with theirs:
-        command = [sys.executable, "-m", "agent.guard", "--config", str(config_file.absolute()), "--pipe", str(theirs.fileno())]
-        process = subprocess.Popen(command, cwd=_PACKAGES, pass_fds=[theirs.fileno()], stdin=subprocess.DEVNULL, start_new_session=True)
-    return process, Pipe(ours)
+def _spawn(config_file: Path) -> Child:
+    return Child.start("wheel guard", "agent.guard", config_file)

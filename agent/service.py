@@ -1,25 +1,26 @@
-"""The agent's loop: receive a frame, step, publish, drive, keep time. It owns all input and output; the pipeline below it has none."""
+"""The agent's loop: receive a frame, step, publish, keep time. It owns all input and output; the pipeline below it has none."""
 
 from __future__ import annotations
 
 import logging
 import time
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from typing import Protocol
 
 from agent import debug
 from agent.config import AgentConfig
 from agent.drivers.camera import Camera, CapturedFrame
 from agent.pipeline import Pipeline, Step
-from agent.steering import Steering
 from agent.vision.liveness import Liveness
+from agent.wheel_history import WheelHistory
 from protocol.bus import Bus
 from protocol.geometry import Array
-from protocol.messages import AgentStatus, DebugPicture
+from protocol.messages import AgentStatus, DebugPicture, Drive, LocalMap, WheelReadings
 from protocol.stage_clock import StageClock
 from protocol.topics import AGENT_ALIVE, AGENT_DEBUG, AGENT_REPORT, AGENT_STATUS, LOCAL_MAP, MOTION_VECTORS
 
-TURN_S = 0.05  # the longest sleep in one turn of the loop: a quarter of what the wheel guard allows
+TURN_S = 0.05  # the longest sleep in one turn of the loop
 WHEELS_LIMIT_S = 2.0  # how long a frame waits for the wheel readings up to its stamp
 STATUS_PERIOD_S = 1.0
 SILENCE_S = 3.0  # without a frame for so long, the status says so
@@ -32,17 +33,39 @@ WHEELS_ENDED = "wheel readings: ended before the frame"
 _log = logging.getLogger(__name__)
 
 
-class Service:
-    """One robot's agent. Camera, wheel guard and pipeline must be ready: `run` announces that the robot is there.
+class Helm(Protocol):
+    """What the loop needs of the process that steers."""
 
-    `wait` sleeps for at most some seconds, until there is news from the camera, the guard or the bus.
+    @property
+    def refused(self) -> Mapping[str, int]:
+        """What it could not take, by reason."""
+        ...
+
+    @property
+    def fares(self) -> tuple[Drive, str]:
+        """How the robot is being driven, and why it is not, in one line for a person, empty where there is nothing to say."""
+        ...
+
+    def see(self, local_map: LocalMap, angles_rad: Array) -> None:
+        """Take the newest local map, made with the wheels at (2,) [rad: left, right]."""
+        ...
+
+    def take(self) -> list[WheelReadings]:
+        """Return the readings that have come, oldest first."""
+        ...
+
+
+class Service:
+    """One robot's agent. Camera, helm and pipeline must be ready: `run` announces that the robot is there.
+
+    `wait` sleeps for at most some seconds, until there is news from the camera, the helm or the bus.
     """
 
     def __init__(
         self,
         config: AgentConfig,
         camera: Camera,
-        steering: Steering,
+        helm: Helm,
         bus: Bus,
         pipeline: Pipeline,
         *,
@@ -52,9 +75,9 @@ class Service:
         clock_s: Callable[[], float] = time.monotonic,
     ) -> None:
         self._robot, self._epoch = config.robot.name, epoch
-        self._camera, self._steering, self._bus, self._pipeline = camera, steering, bus, pipeline
+        self._camera, self._helm, self._bus, self._pipeline = camera, helm, bus, pipeline
         self._clock, self._clock_s, self._wait = clock or StageClock(), clock_s, wait
-        self._wheels, self._liveness = steering.wheels, Liveness()
+        self._wheels, self._liveness = WheelHistory(), Liveness()
         self._frames = {"received": 0, "used": 0, "dropped": 0}
         self._reasons: Counter[str] = Counter()
         self._last_stamp_ns = -1
@@ -66,11 +89,9 @@ class Service:
         self._report_queries = bus.queries(AGENT_REPORT, robot=self._robot)
 
     def run(self, stopping: Callable[[], bool]) -> None:
-        """Turn until asked to stop. Raises DriverError where camera or wheels are lost for good."""
-        self._steering.start()
+        """Turn until asked to stop. Raises DriverError where camera or helm are lost for good."""
         self._bus.announce(AGENT_ALIVE, robot=self._robot)
         while not stopping():
-            self._steering.turn()
             frame = self._receive()
             if frame is not None:
                 self._step(frame, stopping)
@@ -79,8 +100,8 @@ class Service:
 
     def status(self) -> AgentStatus:
         """Return how the agent fares."""
-        drive, why = self._steering.fares()
-        reasons = self._reasons + self._steering.counts
+        drive, why = self._helm.fares
+        reasons = self._reasons + self._wheels.counts + Counter(self._helm.refused)
         return AgentStatus(
             robot=self._robot,
             epoch=self._epoch,
@@ -91,6 +112,10 @@ class Service:
             bytes_sent=self._bus.bytes_sent,
             stages=self._clock.times(),
         )
+
+    def _feel(self) -> None:
+        for readings in self._helm.take():
+            self._wheels.add(readings.stamps_ns.array(), readings.angles_rad.array(), readings.until_ns)
 
     def _receive(self) -> CapturedFrame | None:
         """Return the next frame, if there is one whose stamp grows."""
@@ -111,8 +136,8 @@ class Service:
         fault = frame.fault if frame.picture is None else self._liveness.fault(frame.picture, angles_rad)
         with self._clock.stage("step"):
             step = self._pipeline.step(frame.stamp_ns, None if fault else frame.picture, angles_rad)
+            self._helm.see(step.local_map, angles_rad)  # first, so that setpoints which build on this map find it there
             self._publish(step)
-        self._steering.see(step.local_map, angles_rad)
         if step.local_map.picture == "dropped":
             self._drop(frame, fault or UNUSED)
         else:
@@ -124,8 +149,10 @@ class Service:
 
     def _answer(self) -> None:
         """Answer the questions that wait; one for a picture that there is not gets no answer."""
-        for query in self._report_queries.take():
-            query.reply(self.status())
+        questions = self._report_queries.take()
+        self._feel()  # after the questions, so that the answer knows what the helm has said before
+        for question in questions:
+            question.reply(self.status())
         for picture_query in self._debug_queries.take():
             picture = self._debug_picture(picture_query.parameters.get("view", ""))
             if picture is not None:
@@ -142,12 +169,13 @@ class Service:
     def _angles_at(self, stamp_ns: int, stopping: Callable[[], bool]) -> Array:
         """Return the wheels' angles, shape (2,) [rad: left, right], at a stamp, once all readings up to it are here."""
         deadline_s = self._clock_s() + WHEELS_LIMIT_S
+        self._feel()
         while not self._wheels.covers(stamp_ns) and not stopping():
             if self._clock_s() >= deadline_s:
                 self._reasons[WHEELS_LATE] += 1
                 break
             self._wait(TURN_S)
-            self._steering.turn()
+            self._feel()
         if not self._wheels.reaches(stamp_ns):
             self._reasons[WHEELS_ENDED] += 1
         return self._wheels.angles_at(stamp_ns)

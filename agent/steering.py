@@ -1,4 +1,4 @@
-"""From what the swarm says to what the wheel guard is told: the part of the agent's loop that drives."""
+"""From what the swarm says, the wheels tell and the agent sees to what the wheel guard is told: the helm's loop."""
 
 from __future__ import annotations
 
@@ -8,18 +8,24 @@ from collections import Counter
 from collections.abc import Callable, Mapping
 from typing import Protocol
 
+import numpy as np
+
 from agent.config import AgentConfig
 from agent.driver_seat import DriverSeat
 from agent.guard_pipe import DriveOrder, Latch, LatchOrder
+from agent.helm_pipe import HelmReport, Look
+from agent.pipe import Pipe
 from agent.server_clock import ServerClock
 from agent.stop_desk import StopDesk
 from agent.wheel_history import WheelHistory
 from protocol.bus import Bus
-from protocol.geometry import Array
-from protocol.messages import Drive, LocalMap, Setpoints, WheelReadings
+from protocol.messages import Drive, Setpoints, WheelReadings
 from protocol.topics import POSES, SETPOINTS, WORLD_TIME
 
+TURN_S = 0.05  # the longest sleep in one turn of the loop: a quarter of what the wheel guard allows
 BEAT_S = 0.02  # between two instructions without an order: each wakes the guard, and a tenth of what it allows is often enough
+
+AGENT_SLOW = "readings: agent too slow"
 
 
 class WheelGuard(Protocol):
@@ -45,69 +51,62 @@ class WheelGuard(Protocol):
 
 
 class Steering:
-    """Listens to the swarm and to the wheels, and hands the guard its orders; never waits but for the server's clock at the start."""
+    """Listens to swarm, wheels and agent, and hands the guard its orders; never waits for an answer but the server clock's at the start.
 
-    def __init__(self, config: AgentConfig, bus: Bus, guard: WheelGuard, clock_s: Callable[[], float] = time.monotonic) -> None:
+    `pipe` leads to the agent.
+    """
+
+    def __init__(self, config: AgentConfig, bus: Bus, guard: WheelGuard, pipe: Pipe, clock_s: Callable[[], float] = time.monotonic) -> None:
         robot = config.robot.name
-        self._guard, self._clock_s = guard, clock_s
-        self.wheels = WheelHistory()  # what the wheels have told
+        self._bus, self._guard, self._pipe, self._clock_s = bus, guard, pipe, clock_s
+        self._wheels = WheelHistory()
         self._server_clock = ServerClock(bus, clock_s)
         self._seat = DriverSeat(
-            robot, config.body.body(), config.drive.limits(), config.drive.margin_m, self.wheels, self._server_clock.now_ns, clock_s
+            robot, config.body.body(), config.drive.limits(), config.drive.margin_m, self._wheels, self._server_clock.now_ns, clock_s
         )
         self._setpoints, self._poses, self._world_times = bus.inbox(SETPOINTS), bus.inbox(POSES), bus.inbox(WORLD_TIME)
         self._stops = StopDesk(bus, robot, guard)
         self._epoch: int | None = None  # of the map server
         self._beat_s = -math.inf  # when the guard was last told anything
+        self._reported: HelmReport | None = None
 
-    @property
-    def counts(self) -> Counter[str]:
-        """How many setpoints, wheel readings and messages to the wheel guard were refused, by reason."""
-        return self._seat.counts + self.wheels.counts + Counter(self._guard.refused)
+    def run(self, stopping: Callable[[], bool], wait: Callable[[float], object]) -> None:
+        """Turn until asked to stop, or until the agent is gone; `wait` sleeps for at most some seconds, until there is news.
 
-    def start(self) -> None:
-        """Learn the server's clock, if the server is there, and begin to turn."""
+        Raises DriverError where the guard is lost.
+        """
         self._server_clock.start()
-        self.turn()
+        while not stopping() and not self._pipe.ended:
+            self.turn()
+            wait(TURN_S)
 
     def turn(self) -> None:
         """Take all that has come, and give the guard the order that is due; without one it still hears that the loop turns."""
-        self._feel()
+        readings = self._feel()
         self._listen()
-        self._instruct()
+        order = self._seat.order()
+        self._report(readings)  # before anybody can see what comes of it and ask
+        self._instruct(order)
         self._stops.turn()
 
-    def see(self, local_map: LocalMap, angles_rad: Array) -> None:
-        """Take the newest local map, made with the wheels at (2,) [rad]."""
-        self._seat.see(local_map, angles_rad)
-
-    def fares(self) -> tuple[Drive, str]:
-        """Return how the robot is being driven, and why it is not, in one line for a person, empty where there is nothing to say."""
-        latch = self._guard.latch
-        if latch.stopped:
-            return "stopped", f"stopped: {latch.reason or 'no reason given'}"
-        decision = self._seat.fares()
-        return decision.drive, decision.reason
-
-    def _instruct(self) -> None:
-        order, now_s = self._seat.order(), self._clock_s()
-        if order is not None or now_s - self._beat_s >= BEAT_S:
-            self._guard.instruct(order)
-            self._beat_s = now_s
-
-    def _feel(self) -> None:
-        for readings in self._guard.take():
-            self.wheels.add(readings.stamps_ns.array(), readings.angles_rad.array(), readings.until_ns)
+    def _feel(self) -> list[WheelReadings]:
+        taken = self._guard.take()
+        for readings in taken:
+            self._wheels.add(readings.stamps_ns.array(), readings.angles_rad.array(), readings.until_ns)
             self._server_clock.hear(readings.until_ns)
+        return taken
 
     def _listen(self) -> None:
-        """Take what came over the swarm's bus; poses are taken last, since they are sent before the setpoints that build on them."""
+        """Take what came from swarm and agent, what was sent last first: setpoints build on poses, and these on what the agent has seen."""
         self._server_clock.turn()
         for world_time in self._world_times.take():
             self._server_clock.hear(world_time.stamp_ns)
         broadcasts = self._setpoints.take()
         arrived_s = self._clock_s() - self._setpoints.age_s
-        for poses in self._poses.take():
+        located = self._poses.take()
+        for look in self._pipe.take(Look):
+            self._seat.see(look.local_map, np.array(look.angles_rad))
+        for poses in located:
             self._server_clock.hear(poses.stamp_ns)
             self._seat.locate(poses)
         for setpoints in broadcasts:
@@ -119,3 +118,30 @@ class Steering:
         if self._epoch is not None and setpoints.epoch > self._epoch:
             self._server_clock.renew()
         self._epoch = max(setpoints.epoch, self._epoch or 0)
+
+    def _report(self, taken: list[WheelReadings]) -> None:
+        """Hand the wheels' readings on to the agent, and how the robot fares where that has changed."""
+        drive, why = self._fares()
+        fares = HelmReport(fault="", readings=None, drive=drive, why=why, refused=self._refused())
+        for readings in taken:
+            self._pipe.send(fares.model_copy(update={"readings": readings}))
+        if fares != self._reported and not taken:
+            self._pipe.send(fares)
+        self._reported = fares
+        self._pipe.flush()
+
+    def _fares(self) -> tuple[Drive, str]:
+        latch = self._guard.latch
+        if latch.stopped:
+            return "stopped", f"stopped: {latch.reason or 'no reason given'}"
+        decision = self._seat.fares()
+        return decision.drive, decision.reason
+
+    def _refused(self) -> Counter[str]:
+        return self._seat.counts + Counter(self._guard.refused) + Counter(self._bus.refused) + Counter({AGENT_SLOW: self._pipe.lost})
+
+    def _instruct(self, order: DriveOrder | None) -> None:
+        now_s = self._clock_s()
+        if order is not None or now_s - self._beat_s >= BEAT_S:
+            self._guard.instruct(order)
+            self._beat_s = now_s

@@ -3,37 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
-from deploy.simulation import Moment
-from protocol.bus import Bus
 from protocol.inbox import Arrived
 from protocol.messages import Setpoints, WheelCommand
-from protocol.topics import SETPOINTS, WHEEL_COMMAND
 from tests.bench.statistics import Times, times
 
 SETTLING_NS = 500_000_000  # setpoints of the last half second may still be on their way when listening ends
 
-_EVERY_COMMAND = replace(WHEEL_COMMAND, delivery="queue")
-
 Broadcasts = Sequence[Arrived[Setpoints]]
 Commands = Mapping[str, Sequence[Arrived[WheelCommand]]]  # by robot
-
-
-class AnswerWatch:
-    """Hears setpoints and wheel commands on both buses; as a display of a simulation it takes what has come at every stamp."""
-
-    def __init__(self, swarm: Bus, world: Bus, robots: Sequence[str]) -> None:
-        self._setpoints = swarm.inbox(SETPOINTS)
-        self._inboxes = {robot: world.inbox(_EVERY_COMMAND, robot=robot) for robot in robots}
-        self.broadcasts: list[Arrived[Setpoints]] = []
-        self.commands: dict[str, list[Arrived[WheelCommand]]] = {robot: [] for robot in robots}
-
-    def show(self, moment: Moment) -> None:
-        """Take what has come."""
-        self.broadcasts += self._setpoints.take_arrived()
-        for robot, inbox in self._inboxes.items():
-            self.commands[robot] += inbox.take_arrived()
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,7 @@
 """`python -m tests.bench.latency`: how soon wheels are told what the map server has said, in a simulated swarm in real time.
 
-The world waits for nobody. One process listens on both buses: what counts is the time from a broadcast of setpoints on the swarm's to the
-wheel command on the world's that answers its stamp, and whether the world could keep its time meanwhile.
+The world waits for nobody. One process does nothing but listen on both buses: what counts is the time from a broadcast of setpoints on the
+swarm's to the wheel command on the world's that answers its stamp, and whether the world could keep its time meanwhile.
 """
 
 from __future__ import annotations
@@ -23,7 +23,8 @@ from deploy.simulation import Director, Plan, running_simulation
 from protocol.errors import OmmatidiaError
 from protocol.messages import AgentStatus
 from sim.arena import random_arena
-from tests.bench.answers import AnswerWatch, answers
+from tests.bench.answers import answers
+from tests.bench.listener import listening
 
 BAD_USAGE = 2
 AFTERWARDS_S = 10.0  # the world goes on for, so that all can be asked how they fared
@@ -54,12 +55,13 @@ def measured(plan: Plan, duration_s: float) -> list[str]:
         running_simulation(plan) as simulation,
         Recorder(simulation.swarm.link, plan.folder, simulation.team.names) as recorder,
         FormationLog(plan.folder) as log,
+        listening(simulation.swarm.link.endpoint, simulation.world.endpoint, simulation.team.names) as listener,
     ):
-        watch = AnswerWatch(simulation.swarm.link, simulation.world, simulation.team.names)
         director = Director(simulation, recorder, log, CoverageMeter(plan.area_m))
-        moment = director.run(duration_s, watch)
+        moment = director.run(duration_s, listener)
+        heard = listener.heard()
         reports, server = recorder.agent_reports(), recorder.server_report()
-    found = answers(watch.broadcasts, watch.commands)
+    found = answers(*heard)
     steps = {"map server": server.stages, **{robot: report.stages for robot, report in reports.items()}}
     return [
         f"setpoints to wheel command [ms]: p50 {found.times.p50_ms:.1f}, p99 {found.times.p99_ms:.1f}, longest {max(found.delays_ms):.1f}",

@@ -1,4 +1,4 @@
-"""A real agent with its wheel guard, driven by a tiny map server in a tiny world whose wheels hold their last command for ever."""
+"""A real agent, its helm and its wheel guard, driven by a tiny map server in a tiny world whose wheels hold their last command."""
 
 from __future__ import annotations
 
@@ -46,6 +46,7 @@ from protocol.topics import (
     WORLD_TIME,
 )
 from tests.loopback.agent_files import HEIGHT_PX, WIDTH_PX, write_agent_files
+from tests.loopback.family import only_child
 
 T = TypeVar("T")
 
@@ -181,10 +182,18 @@ class DriveBench:
         self.until(lambda: len(self.heard) > count)
         return self.heard[count]
 
-    def guard_pid(self) -> int:
-        """Return the process id of the agent's only child."""
+    def agent_pid(self) -> int:
+        """Return the process id of the agent."""
         assert self.agent is not None
-        return int(Path(f"/proc/{self.agent.pid}/task/{self.agent.pid}/children").read_text())
+        return self.agent.pid
+
+    def helm_pid(self) -> int:
+        """Return the process id of the agent's only child."""
+        return only_child(self.agent_pid())
+
+    def guard_pid(self) -> int:
+        """Return the process id of the helm's only child."""
+        return only_child(self.helm_pid())
 
     def drive(self, steps: int) -> list[Heard]:
         """Drive straight on for some steps, and return the answers."""

@@ -1,7 +1,8 @@
-"""A real agent process with its wheel guard, between a tiny world and a tiny map server."""
+"""A real agent process with its helm and its wheel guard, between a tiny world and a tiny map server."""
 
 from __future__ import annotations
 
+import os
 import signal
 import subprocess
 import sys
@@ -35,6 +36,7 @@ from protocol.topics import (
     WHEELS_READY,
 )
 from tests.loopback.agent_files import HEIGHT_PX, WIDTH_PX, write_agent_files
+from tests.loopback.family import only_child
 
 M = TypeVar("M", bound=Message)
 
@@ -209,13 +211,15 @@ def test_killed_agent_leaves_standing_wheels_and_no_process(bench: Bench) -> Non
     until(bench.world, lambda: "r1" not in bench.wheels_ready.present)
 
 
-def test_frozen_agent_leaves_standing_wheels_within_half_a_second_and_may_go_on(bench: Bench) -> None:
+def test_frozen_helm_leaves_standing_wheels_within_half_a_second_and_may_go_on(bench: Bench) -> None:
     agent = bench.start_ready()
-    frozen_s = time.monotonic()
-    agent.send_signal(signal.SIGSTOP)
-    assert standing(bench.next_commands())
-    assert time.monotonic() - frozen_s < 0.5
-    agent.send_signal(signal.SIGCONT)
+    helm, frozen_s = only_child(agent.pid), time.monotonic()
+    os.kill(helm, signal.SIGSTOP)
+    try:
+        assert standing(bench.next_commands())
+        assert time.monotonic() - frozen_s < 0.5
+    finally:
+        os.kill(helm, signal.SIGCONT)
     world = ShownWorld(bench.world)
     world.show("jpeg", jpeg(picture(0)))
     assert receive(bench.server, bench.maps, 1)[0].picture == "used"

@@ -81,6 +81,14 @@ def test_wheels_stand_when_the_wheel_guard_itself_is_killed_in_mid_drive(bench: 
     assert bench.agent.wait(SECOND_GUARD_S) == 2
 
 
+def test_wheels_stand_when_the_helm_is_killed_in_mid_drive(bench: DriveBench) -> None:
+    bench.drive(5)
+    os.kill(bench.helm_pid(), signal.SIGKILL)
+    assert bench.stands_within(LIMIT_S) < LIMIT_S
+    assert bench.agent is not None
+    assert bench.agent.wait(5.0) == 2
+
+
 def test_wheels_stand_when_the_map_server_falls_silent(bench: DriveBench) -> None:
     bench.drive(5)
     assert bench.stands_within(LIMIT_S + 0.1) < LIMIT_S
@@ -112,8 +120,7 @@ def test_setpoints_in_disorder_are_refused_and_counted(bench: DriveBench) -> Non
     last = bench.broadcast()
     bench.setpoints.put(last)
     bench.setpoints.put(last.model_copy(update={"seq": last.seq - 2, "robots": ()}))
-    bench.until(lambda: len(bench.heard) > count)
-    assert bench.report().reasons == {DUPLICATE: 1, OUT_OF_ORDER: 1}
+    bench.until(lambda: bench.report().reasons == {DUPLICATE: 1, OUT_OF_ORDER: 1})
     assert not any(heard.stands for heard in bench.heard[count:])
 
 
@@ -149,7 +156,7 @@ def test_setpoints_with_numbers_that_are_none_are_refused_and_counted(bench: Dri
     bench.setpoints.put(
         Setpoints.model_construct(epoch=1, seq=bench.seq, stamp_ns=bench.stamp_ns, valid_until_ns=until_ns, robots=(spoilt,))
     )
-    assert bench.report().reasons == {"invalid: robots": 1}
+    bench.until(lambda: bench.report().reasons == {"invalid: robots": 1})
     assert bench.stands_within(LIMIT_S + 0.1) < LIMIT_S
     assert all(math.isfinite(heard.command.left_rad_s) for heard in bench.heard[count:])
 

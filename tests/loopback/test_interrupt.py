@@ -14,7 +14,7 @@ import pytest
 
 DEADLINE_S = 60.0
 LIMIT_S = 2.0
-CHILDREN = 7  # the map server, and an agent and its wheel guard for each of three robots
+CHILDREN = 10  # the map server, and an agent, its helm and its wheel guard for each of three robots
 
 Processes = Callable[[Path], dict[int, str]]
 

@@ -11,7 +11,8 @@ import pytest
 
 from agent.control.twist import within_wheel_speed
 from agent.guard import CYCLE_S, HEARTBEAT_LIMIT_S, Guard
-from agent.guard_pipe import DriveOrder, GuardReport, Instruction, LatchOrder, Pipe
+from agent.guard_pipe import DriveOrder, GuardReport, Instruction, LatchOrder
+from agent.pipe import Pipe
 from protocol.errors import DecodeError, DriverError
 from protocol.fields import Packed
 from protocol.messages import WheelCommand, WheelReadings

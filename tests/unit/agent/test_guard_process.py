@@ -1,4 +1,4 @@
-"""The agent's side of its wheel guard: when it is ready, and how it ends."""
+"""The helm's side of its wheel guard: when it is ready, and how it ends."""
 
 from __future__ import annotations
 
@@ -10,8 +10,10 @@ from dataclasses import dataclass
 
 import pytest
 
-from agent.guard_pipe import DriveOrder, GuardReport, Instruction, Latch, LatchOrder, Pipe
+from agent.child import Child
+from agent.guard_pipe import DriveOrder, GuardReport, Instruction, Latch, LatchOrder
 from agent.guard_process import GuardProcess
+from agent.pipe import Pipe
 from protocol.errors import DriverError
 from protocol.fields import Packed
 from protocol.messages import WheelCommand, WheelReadings
@@ -24,7 +26,7 @@ READINGS = WheelReadings(until_ns=5, stamps_ns=Packed.of([5], "i8"), angles_rad=
 
 @dataclass
 class Ends:
-    """The agent's view of a guard, and the guard's end of the pipe; the process itself only waits for its input to end."""
+    """The helm's view of a guard, and the guard's end of the pipe; the process itself only waits for its input to end."""
 
     guard: GuardProcess
     pipe: Pipe
@@ -39,7 +41,7 @@ def ends() -> Iterator[Ends]:
     ours, theirs = socket.socketpair()
     process = subprocess.Popen([sys.executable, "-c", "input()"], stdin=theirs.fileno(), stderr=subprocess.DEVNULL)
     with ours, theirs:
-        yield Ends(GuardProcess(process, Pipe(ours)), Pipe(theirs), process)
+        yield Ends(GuardProcess(Child("wheel guard", process, Pipe(ours))), Pipe(theirs), process)
         process.kill()
         process.wait()
 
@@ -79,7 +81,7 @@ def test_guard_that_ends_without_a_word_is_noticed(ends: Ends) -> None:
         ends.guard.take()
 
 
-def test_waiting_for_the_guard_ends_when_the_agent_is_asked_to_end(ends: Ends) -> None:
+def test_waiting_for_the_guard_ends_when_the_helm_is_asked_to_end(ends: Ends) -> None:
     with pytest.raises(Stopped):
         ends.guard.wait_ready(lambda: True)
 

@@ -1,4 +1,4 @@
-"""The agent's loop, between a camera, wheels and a pipeline that do as the test says, on a real bus."""
+"""The agent's loop, between a camera, a helm and a pipeline that do as the test says, on a real bus."""
 
 from __future__ import annotations
 
@@ -15,17 +15,15 @@ from numpy.typing import NDArray
 from agent.config import AgentConfig
 from agent.drivers.bus_camera import UNDECODABLE
 from agent.drivers.camera import CapturedFrame
-from agent.guard_pipe import DriveOrder, Latch, LatchOrder
 from agent.pipeline import Step
 from agent.service import NOT_GROWING, WHEELS_ENDED, WHEELS_LATE, WHEELS_LIMIT_S, Service
-from agent.steering import Steering
 from agent.view import View
 from agent.wheel_history import NOT_GROWING as WHEELS_NOT_GROWING
 from protocol.bus import Bus
 from protocol.fields import Message, Packed
 from protocol.geometry import Array
 from protocol.inbox import Inbox
-from protocol.messages import LocalMap, MotionVectors, WheelReadings
+from protocol.messages import Drive, LocalMap, MotionVectors, WheelReadings
 from protocol.topics import AGENT_ALIVE, AGENT_DEBUG, AGENT_REPORT, AGENT_STATUS, LOCAL_MAP, MOTION_VECTORS, Query, Topic
 
 M = TypeVar("M", bound=Message)
@@ -44,25 +42,20 @@ CONFIG = AgentConfig.model_validate(
 
 @dataclass
 class World:
-    """A camera and a wheel guard on one clock, which moves by every wait."""
+    """A camera and a helm on one clock, which moves by every wait."""
 
     frames: list[CapturedFrame] = field(default_factory=list)
     readings: list[WheelReadings] = field(default_factory=list)
     refused: Mapping[str, int] = field(default_factory=dict)
     now_s: float = 100.0
-    beats_s: list[float] = field(default_factory=list)
-    orders: list[DriveOrder] = field(default_factory=list)
+    fares: tuple[Drive, str] = ("standing", "")
+    seen: list[int] = field(default_factory=list)
 
     def read(self) -> CapturedFrame | None:
         return self.frames.pop(0) if self.frames else None
 
-    @property
-    def latch(self) -> Latch:
-        return Latch(stopped=False, reason="", orders=0)
-
-    def instruct(self, drive: DriveOrder | None = None, latch: LatchOrder | None = None) -> None:
-        self.beats_s.append(self.now_s)
-        self.orders += [] if drive is None else [drive]
+    def see(self, local_map: LocalMap, angles_rad: Array) -> None:
+        self.seen.append(local_map.stamp_ns)
 
     def take(self) -> list[WheelReadings]:
         taken, self.readings = self.readings, []
@@ -131,8 +124,7 @@ class Swarm:
         return inbox
 
     def service(self, world: World, pipeline: FakePipeline) -> Service:
-        steering = Steering(CONFIG, self.robot, world, lambda: world.now_s)
-        return Service(CONFIG, world, steering, self.robot, pipeline, wait=world.wait, epoch=7, clock_s=lambda: world.now_s)
+        return Service(CONFIG, world, world, self.robot, pipeline, wait=world.wait, epoch=7, clock_s=lambda: world.now_s)
 
 
 @pytest.fixture
@@ -221,10 +213,26 @@ def test_frame_goes_on_without_its_wheel_readings_after_a_while_and_is_counted(s
     assert service.status().reasons == {WHEELS_LATE: 1}
 
 
-def test_guard_is_told_that_the_loop_turns_while_it_waits(swarm: Swarm) -> None:
-    world = World(frames=[frame(100)])
-    swarm.service(world, FakePipeline()).run(world.at(104.0))
-    assert np.diff(world.beats_s).max() < 0.1
+def test_helm_has_seen_a_frame_before_the_swarm_hears_of_it(swarm: Swarm) -> None:
+    sent_before = []
+
+    class Watching(World):
+        def see(self, local_map: LocalMap, angles_rad: Array) -> None:
+            sent_before.append(swarm.robot.bytes_sent)
+
+    world = Watching(frames=[frame(100)], readings=[readings(100, until_ms=100)])
+    swarm.service(world, FakePipeline()).run(world.runs_out)
+    assert sent_before == [0]
+    assert swarm.robot.bytes_sent > 0
+
+
+def test_helm_sees_every_frame_and_its_word_on_the_drive_is_the_status(swarm: Swarm) -> None:
+    world = World(frames=[frame(100), CapturedFrame(200 * MS, None, UNDECODABLE)], readings=[readings(100, 200, until_ms=200)])
+    world.fares = "blocked", "something is in the way"
+    service = swarm.service(world, FakePipeline())
+    service.run(world.runs_out)
+    assert world.seen == [100 * MS, 200 * MS]
+    assert (service.status().drive, service.status().state) == ("blocked", "something is in the way")
 
 
 def test_wheel_readings_that_end_early_are_counted_and_told(swarm: Swarm) -> None:
@@ -280,7 +288,7 @@ def test_report_holds_counts_and_stage_times_and_what_the_drivers_refused(swarm:
     [report] = ask(swarm, swarm.service(world, FakePipeline()), AGENT_REPORT)
     assert (report.robot, report.epoch) == ("r1", 7)
     assert report.frames == {"received": 1, "used": 1, "dropped": 0}
-    assert report.reasons == {"malformed": 4}  # by the camera as well as by the guard
+    assert report.reasons == {"malformed": 4}  # by the camera as well as by the helm
     assert report.bytes_sent > 100
     assert report.stages["step"].p50_ms > 0.0
 

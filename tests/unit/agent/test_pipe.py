@@ -1,4 +1,4 @@
-"""The pipe between agent and wheel guard."""
+"""Pipes between two processes of a robot, and the words that pass between helm and wheel guard."""
 
 from __future__ import annotations
 
@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from agent.guard_pipe import DriveOrder, GuardReport, Instruction, Latch, LatchOrder, Pipe
+from agent.guard_pipe import DriveOrder, GuardReport, Instruction, Latch, LatchOrder
+from agent.pipe import Pipe
 from protocol.errors import DecodeError
 from protocol.fields import Packed
 from protocol.messages import WheelCommand, WheelReadings
@@ -35,23 +36,23 @@ def order(left_rad_s: float = 1.5, valid_s: float = 0.4) -> DriveOrder:
 
 
 def test_messages_arrive_whole_and_in_order(sockets: tuple[socket.socket, socket.socket]) -> None:
-    agent, guard = map(Pipe, sockets)
+    helm, guard = map(Pipe, sockets)
     sent = [report(0), report(3), report(500)]
     for message in sent:
         guard.send(message)
-    assert agent.take(GuardReport) == sent
-    assert agent.take(GuardReport) == []
+    assert helm.take(GuardReport) == sent
+    assert helm.take(GuardReport) == []
 
 
 def test_instructions_arrive_as_they_were_given(sockets: tuple[socket.socket, socket.socket]) -> None:
-    agent, guard = map(Pipe, sockets)
+    helm, guard = map(Pipe, sockets)
     given = [
         Instruction(count=0, drive=order()),
         Instruction(count=1, latch=LatchOrder(order="stop", reason="a cat")),
         Instruction(count=2),
     ]
     for instruction in given:
-        agent.send(instruction)
+        helm.send(instruction)
     assert guard.take(Instruction) == given
 
 
@@ -71,37 +72,37 @@ def test_message_in_two_halves_arrives_once_it_is_whole(sockets: tuple[socket.so
     ours, theirs = sockets
     Pipe(ours).send(Instruction(count=7))
     data = theirs.recv(1000)
-    agent = Pipe(theirs)
+    helm = Pipe(theirs)
     ours.send(data[:5])
-    assert agent.take(Instruction) == []
+    assert helm.take(Instruction) == []
     ours.send(data[5:])
-    assert agent.take(Instruction) == [Instruction(count=7)]
+    assert helm.take(Instruction) == [Instruction(count=7)]
 
 
 def test_last_words_are_heard_after_the_other_end_is_gone(sockets: tuple[socket.socket, socket.socket]) -> None:
-    agent, guard = map(Pipe, sockets)
-    agent.send(Instruction(count=1))  # which the guard never reads
+    helm, guard = map(Pipe, sockets)
+    helm.send(Instruction(count=1))  # which the guard never reads
     guard.send(report(2))
     guard.close()
-    assert agent.take(GuardReport) == [report(2)]
-    assert agent.ended
+    assert helm.take(GuardReport) == [report(2)]
+    assert helm.ended
 
 
 def test_sending_to_an_end_that_is_gone_only_ends_the_pipe(sockets: tuple[socket.socket, socket.socket]) -> None:
-    agent, guard = map(Pipe, sockets)
-    agent.close()
+    helm, guard = map(Pipe, sockets)
+    helm.close()
     guard.send(report(1))
     assert guard.ended
 
 
 def test_sender_never_waits_for_an_end_that_does_not_read(sockets: tuple[socket.socket, socket.socket]) -> None:
-    agent, guard = map(Pipe, sockets)
+    helm, guard = map(Pipe, sockets)
     count = 0
     while not guard.lost:
         guard.send(report(2000))
         count += 1
     received = 0
-    while messages := agent.take(GuardReport):
+    while messages := helm.take(GuardReport):
         assert all(message == report(2000) for message in messages)
         received += len(messages)
         guard.flush()

@@ -1,0 +1,64 @@
+"""The helm: the robot's second process, which answers setpoints. `python -m agent.helm --config FILE --pipe FD`.
+
+A picture is long in work, and setpoints cannot wait for it: so the agent sees in its own process, and this one steers by what it has seen.
+The helm starts the wheel guard and ends with the agent, in a session of its own, so that whatever ends the agent leaves it the time to.
+"""
+
+from __future__ import annotations
+
+import gc
+import sys
+from contextlib import ExitStack
+from pathlib import Path
+
+from agent.child import told
+from agent.config import load_config
+from agent.guard_process import GuardProcess
+from agent.helm_pipe import HelmReport, Look
+from agent.logs import start_logging
+from agent.pipe import Pipe
+from agent.steering import Steering
+from protocol.errors import OmmatidiaError
+from protocol.news import News
+from protocol.stopping import Stopped, StopRequest, open_client
+
+
+def main(arguments: list[str]) -> int:
+    """Steer the robot in a configuration file, over an inherited socket; return the exit code."""
+    stop = StopRequest()
+    config_file, pipe = told("agent.helm", "The helm; an agent starts it.", arguments)
+    start_logging("helm")
+    try:
+        _steer(config_file, pipe, stop)
+    except Stopped:
+        return 0
+    except OmmatidiaError as error:  # the agent tells it to the person
+        pipe.send(HelmReport(fault=str(error), readings=None, drive="standing", why="", refused={}))
+        return 2
+    return 0
+
+
+def _steer(config_file: Path, pipe: Pipe, stop: StopRequest) -> None:
+    """Start guard and link, and steer; the guard ends with it."""
+
+    def gone() -> bool:
+        pipe.take(Look)
+        return stop.asked() or pipe.ended
+
+    if gone():
+        return  # while Python was loading; a guard would have to be loaded as well, only to end
+    with ExitStack() as stack:
+        guard = stack.enter_context(GuardProcess.start(config_file))  # first: from here on the wheels stand
+        config = load_config(config_file)
+        news = stack.enter_context(News())
+        news.watch(guard)
+        news.watch(pipe)
+        bus = stack.enter_context(open_client(config.robot.site, config.robot.endpoint, gone, news))
+        steering = Steering(config, bus, guard, pipe)
+        guard.wait_ready(gone)
+        gc.freeze()  # what is loaded by now lives as long as the process: no collection has to look through it, and hold up the wheels
+        steering.run(stop.asked, news.wait)
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,25 @@
+"""What agent and helm say to each other over their pipe."""
+
+from __future__ import annotations
+
+from pydantic import FiniteFloat
+
+from protocol.fields import Count, Message
+from protocol.messages import Drive, LocalMap, WheelReadings
+
+
+class Look(Message):
+    """From the agent: what it has seen."""
+
+    local_map: LocalMap
+    angles_rad: tuple[FiniteFloat, FiniteFloat]  # of the wheels at its stamp: left, right; since the first reading
+
+
+class HelmReport(Message):
+    """From the helm: what it feels, and how it fares. The first one says that it steers; one with a fault is the last."""
+
+    fault: str  # why the helm ends, in one line; empty while it does not
+    readings: WheelReadings | None
+    drive: Drive
+    why: str  # the robot is not being driven, in one line for a person; empty where there is nothing to say
+    refused: dict[str, Count]  # what came in place of setpoints, poses and readings, by reason
