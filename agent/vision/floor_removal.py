@@ -29,7 +29,8 @@ LINE_WIDTH_PX = 5  # dark lines thinner than this, as between tiles, belong to w
 SAMPLE_STEP_PX = 8  # the illumination is smooth: every eighth pixel tells all of it
 LEARNING_REACH_IN_HEIGHTS = 1.3  # floor colours are learnt out to this distance from the robot
 SECTORS = 24  # directions that are counted apart
-COLOUR_SUPPORT, LEVEL_SUPPORT = 0.6, 0.6  # a colour, or a brightness, seen in this share of all directions is floor
+SUPPORT = 0.35  # a colour near the floor's own, or a brightness, that is seen in this share of all directions is floor: light and stains
+FAR_SUPPORT, FAR_CHROMA = 0.6, 0.13  # and one so far from it in this share: a large box, or two things of one colour, have less
 FORGETTING = 0.15  # share of the newest picture in what is remembered
 
 CHROMA_BIN, CHROMA_BINS = 0.004, 80  # +-0.16 in the logarithm of a colour ratio
@@ -40,6 +41,10 @@ SOFT_EDGE = 0.2  # change of the logarithm of brightness over three pixels: no s
 GROWTH_MARGIN_BINS = 1  # what differs by more than this, averaged over the window below, and lies beside an object, belongs to it
 GROWTH_BLUR_PX, GROWTH_REACH_PX = 5, 25
 DARKER, BRIGHTER = 0.25, 0.12  # least contrast to the learnt brightnesses that makes an object; shadows darken, few things brighten
+
+_CHROMA = CHROMA_BIN * (np.arange(CHROMA_BINS) - 0.5 * (CHROMA_BINS - 1))  # at the middle of each bin
+_FAR = np.minimum((_CHROMA[:, None] ** 2 + _CHROMA[None] ** 2) / FAR_CHROMA**2, 1.0)
+_NEEDED_SUPPORT = (SUPPORT + (FAR_SUPPORT - SUPPORT) * _FAR).astype(np.float32)  # (CHROMA_BINS, CHROMA_BINS)
 
 _FIRST_FIT_ROUNDS, _NEXT_FIT_ROUNDS = 8, 2
 _FIT_SCALE = np.array([0.10, 0.012, 0.012])  # residuals of brightness and colours at which a pixel counts half as floor
@@ -203,7 +208,7 @@ def _support(counts: Field, totals: Field) -> Field:
 
 def _known_colours(colours: FloorColours, margin_bins: int) -> NDArray[np.bool_]:
     """Return which bins, (CHROMA_BINS, CHROMA_BINS), are within `margin_bins` of a colour that was learnt."""
-    known = (colours.chroma_support > COLOUR_SUPPORT).astype(np.uint8)
+    known = (colours.chroma_support > _NEEDED_SUPPORT).astype(np.uint8)
     middle = slice(CHROMA_BINS // 2 - 1, CHROMA_BINS // 2 + 1)
     known[middle, middle] = 1  # the fitted surface is floor
     width = 2 * margin_bins + 1
@@ -219,7 +224,7 @@ def _odd_colour(red: Field, blue: Field, known: NDArray[np.bool_]) -> NDArray[np
 
 def _odd_brightness(brightness: Field, support: Field) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
     """Return where the brightness lies well below, and where well above the learnt range around the illumination, (rows, cols)."""
-    known = np.flatnonzero(support > LEVEL_SUPPORT)
+    known = np.flatnonzero(support > SUPPORT)
     centre = BRIGHTNESS_BINS / 2.0
     low = min(0.0, (known[0] - centre + 1.0) * BRIGHTNESS_BIN) if known.size else 0.0
     high = max(0.0, (known[-1] - centre) * BRIGHTNESS_BIN) if known.size else 0.0

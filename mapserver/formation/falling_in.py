@@ -127,8 +127,8 @@ def _gentle(needed_m: Array, first: int, now_m: float | None) -> Array:
     start_m = own_m[first] if now_m is None else arcs_m[first] - now_m
     own_m[: first + 1] = start_m + arcs_m[: first + 1] - arcs_m[first]
     own_m[first:] = np.maximum(own_m[first:], start_m)
-    own_m = FASTEST_PACE * arcs_m + np.minimum.accumulate(own_m - FASTEST_PACE * arcs_m)
-    return np.asarray(arcs_m - _eased(own_m))
+    steady_m = np.minimum.accumulate(own_m - FASTEST_PACE * arcs_m) + FASTEST_PACE * arcs_m
+    return np.asarray(arcs_m - _eased(np.asarray(steady_m)))
 
 
 def _eased(own_m: Array) -> Array:
@@ -136,10 +136,11 @@ def _eased(own_m: Array) -> Array:
     margin = 2 * EASE_STEPS
     before_m = own_m[0] - STEP_M * np.arange(margin, 0, -1)
     after_m = own_m[-1] + STEP_M * np.arange(1, margin + 1)
-    long_m: Array = np.concatenate([before_m, own_m, after_m])
-    for _ in range(2):
-        long_m = np.asarray(uniform_filter1d(long_m, 2 * EASE_STEPS + 1, mode="nearest"))
-    return long_m[margin:-margin]
+    return _mean(_mean(np.concatenate([before_m, own_m, after_m])))[margin:-margin]
+
+
+def _mean(row: Array) -> Array:
+    return np.asarray(uniform_filter1d(row, 2 * EASE_STEPS + 1, mode="nearest"))
 
 
 def _taken_over(old_m: Array, new_m: Array, from_arc_m: float) -> Array:

@@ -75,6 +75,21 @@ def test_a_jump_of_exposure_turns_no_floor_into_things(floor: str, exposure: flo
     assert min(found.values()) > 0.8
 
 
+@pytest.mark.parametrize("floor", FLOORS)
+def test_a_large_box_beside_the_robot_among_things_of_like_colour_is_no_floor(floor: str, removal: FloorRemoval, view: FloorView) -> None:
+    tan, orange = (91.0, 137.0, 181.0), (22.0, 98.0, 196.0)
+    things = (
+        Box(POSE.x_m + 0.3, POSE.y_m, POSE.theta_rad, 0.2, 0.5, 0.15, tan),
+        Cylinder(POSE.x_m - 0.3, POSE.y_m + 0.35, 0.12, 0.2, orange),
+        Cylinder(POSE.x_m - 0.3, POSE.y_m - 0.35, 0.12, 0.2, orange),
+    )
+    known: FloorColours | None = None
+    for step in range(6):
+        seen = render(floor, POSE, things, seed=step)
+        mask, known = look(removal, view, seen, known)
+    assert min(shares(view, seen, mask)[1].values()) > 0.8
+
+
 def test_a_floor_whose_colour_drifts_stays_floor(removal: FloorRemoval, view: FloorView) -> None:
     known: FloorColours | None = None
     for step in range(12):
