@@ -27,6 +27,7 @@ FLAT_CORNERS = 5
 NEAR_SHARE = 0.25  # of a region's depth: corners this near to its near border belong to that
 LEAST_OUTLINE_POINTS = 3
 LEAST_BASE_SHARE = 0.6  # of the border's range, at which its base may lie: the border is then at 0.4 camera heights
+MARK_REACH, MARK_WIDTH, MARK_HEIGHT = 1.0, 0.1, 0.25  # of the camera's height: so near a floor's grain shows, so narrow and low as things
 AFLOAT_SLOPE = -0.1  # corners with a slope below this stand a tenth of the camera's height above the floor, and more
 
 
@@ -46,7 +47,7 @@ class SeenRegion:
     centre_m: Array  # (2,) object centre of Eq. 8, of the outline
     motion: Literal["static", "moving", "unknown"]
     height_m: float | None  # of its highest corners
-    flat: bool  # surely lies in the floor: a marking, a patch of light, a shadow that stays
+    flat: bool  # lies in the floor: a marking, a patch of light, a shadow that stays
 
 
 def describe(borders: Borders, labels: NDArray[np.int32], tracks: Tracks, view: FloorView, projection: FloorProjection) -> list[SeenRegion]:
@@ -64,7 +65,9 @@ def describe(borders: Borders, labels: NDArray[np.int32], tracks: Tracks, view: 
         own = tracks.labels == label
         motion = _motion(int(moving[own].sum()), int(settled[own].sum()))
         telling = own & settled
-        if motion != "static":
+        if motion == "unknown" and _is_mark(outline, eye, rig):
+            described.append(SeenRegion(int(label), outline, centre_of_polygon(outline), motion, None, flat=True))
+        elif motion != "static":
             described.append(SeenRegion(int(label), outline, centre_of_polygon(outline), motion, None, flat=False))
         elif _flat(slope[telling], sigma[telling]):
             described.append(SeenRegion(int(label), outline, centre_of_polygon(outline), motion, 0.0, flat=True))
@@ -116,6 +119,20 @@ def _flat(slopes: Array, sigmas: Array) -> bool:
     """Tell whether no corner stands above the floor, and the corners are known well enough to say so."""
     sure = sigmas < FLAT_SLOPE / 2.0
     return int(sure.sum()) >= FLAT_CORNERS and bool(np.quantile(np.abs(slopes[sure]), 0.9) < FLAT_SLOPE)
+
+
+def _is_mark(outline: Array, eye: Array, rig: Rig) -> bool:
+    """Tell whether an outline, (n, 2) [m; body], is like the grain of a floor: near, narrow, and too short to be the image of a tall thing.
+
+    The image of an upright thing of height h that begins at a distance r from the eye, (2,), ends no nearer than r / (1 - h / H), with H
+    the camera's height.
+    """
+    away = outline - eye
+    reach = np.hypot(*away.T)
+    ahead = away.mean(axis=0) / np.hypot(*away.mean(axis=0))
+    width = np.ptp(away @ np.array([-ahead[1], ahead[0]]))
+    is_near = reach.max() < MARK_REACH * rig.camera_height_m
+    return bool(is_near and width < MARK_WIDTH * rig.camera_height_m and 1.0 - reach.min() / reach.max() < MARK_HEIGHT)
 
 
 def _down_to_floor(outline: Array, eye: Array, corners: Corners, least_range_m: float) -> Array:

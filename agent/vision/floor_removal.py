@@ -40,7 +40,7 @@ CHROMA_MARGIN_BINS = 3  # half width by which every learnt colour is widened: se
 SOFT_EDGE = 0.2  # change of the logarithm of brightness over three pixels: no soft shadow is so steep
 GROWTH_MARGIN_BINS = 1  # what differs by more than this, averaged over the window below, and lies beside an object, belongs to it
 GROWTH_BLUR_PX, GROWTH_REACH_PX = 5, 25
-DARKER, BRIGHTER = 0.25, 0.12  # least contrast to the learnt brightnesses that makes an object; shadows darken, few things brighten
+DARKER, BRIGHTER = 0.25, 0.18  # least contrast to the learnt brightnesses that makes an object; shadows darken, few things brighten
 
 _CHROMA = CHROMA_BIN * (np.arange(CHROMA_BINS) - 0.5 * (CHROMA_BINS - 1))  # at the middle of each bin
 _FAR = np.minimum((_CHROMA[:, None] ** 2 + _CHROMA[None] ** 2) / FAR_CHROMA**2, 1.0)

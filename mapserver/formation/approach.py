@@ -122,9 +122,12 @@ class Approach:
         return self._now + 1 == len(self._stages) and self._stages[self._now].is_done()
 
     def is_clear(self, cost_map: CostMap, radius_m: float) -> bool:
-        """Tell whether nothing has turned up on what is left of the way."""
+        """Tell whether nothing has turned up on what is left of the way; who is nearer to something already may leave it."""
         stage = self._stages[self._now]
-        return not isinstance(stage, Drive) or bool(cost_map.clearance_m(stage.left_m()).min() >= radius_m + LEAST_SIDE_M)
+        if not isinstance(stage, Drive):
+            return True
+        clearances_m = cost_map.clearance_m(stage.left_m())
+        return bool(clearances_m.min() >= min(radius_m + LEAST_SIDE_M, float(clearances_m[0]) - cost_map.floor.cell_m))
 
     def way_m(self) -> Array:
         """Return the places that it leads over, shape (n, 2) [arena]."""

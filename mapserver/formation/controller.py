@@ -211,4 +211,4 @@ def _named_phase(activity: Gathering | Driving, mission: Mission) -> tuple[Phase
         return "blocked", "something stands in the way"
     if mission.heading != "moving":
         return mission.heading, ""
-    return ("moving" if activity.plan.is_open(activity.arc_m, OPEN_M) else "avoiding"), ""
+    return ("moving" if activity.plan.is_steady(activity.arc_m, OPEN_M) else "avoiding"), ""

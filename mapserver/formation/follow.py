@@ -18,6 +18,7 @@ from mapserver.formation.trail import STEP_M, Lane, Reference, sample
 from protocol.geometry import Array
 
 LEAST_SIDE_M = 0.02  # between bodies and things; what comes nearer, stops the plan there
+STEADY_TURN, STEADY_REACH_M = 2.0, 0.1  # [rad/m] the most that a steady leader's trail bends, so far around it
 SIGHT_M = 1.5  # ahead of the leader that is checked again in every step
 STOP_BEFORE_M = 0.05
 MEETING_M = 0.015  # robots may come so much nearer than planned
@@ -67,14 +68,23 @@ class Plan:
         held = np.column_stack([backs_m, lefts_m])
         return bool((np.hypot(*(held - self.offsets).T) <= tolerance_m).all())
 
+    def is_steady(self, arc_m: float, tolerance_m: float) -> bool:
+        """Tell whether nobody gives way, and the leader does not turn aside either."""
+        around_m = arc_m + np.linspace(-STEADY_REACH_M, STEADY_REACH_M, 11)
+        return self.is_open(arc_m, tolerance_m) and bool(np.abs(sample(self.trail.turns, around_m)).max() <= STEADY_TURN)
+
     def clear_until_m(self, arc_m: float, radius_m: float, cost_map: CostMap) -> float:
-        """Return the arc length of the leader up to which nobody touches anything on the map; the trail's end where all is clear."""
+        """Return the arc length of the leader up to which nobody touches anything on the map; the trail's end where all is clear.
+
+        Whoever is nearer to something already may go on to where it is not any nearer.
+        """
         count = len(self.trail.points_m)
         ahead_m = STEP_M * np.arange(int(arc_m / STEP_M), min(int((arc_m + SIGHT_M) / STEP_M) + 1, count))
         touching = np.zeros(len(ahead_m), dtype=bool)
         for number in range(len(self.names)):
             arcs_m = ahead_m - sample(self.backs_m[number - 1], ahead_m) if number else ahead_m
-            touching |= cost_map.clearance_m(sample(self.lanes[number].points_m, arcs_m)) < radius_m + LEAST_SIDE_M
+            clearances_m = cost_map.clearance_m(sample(self.lanes[number].points_m, arcs_m))
+            touching |= clearances_m < min(radius_m + LEAST_SIDE_M, float(clearances_m[0]) - cost_map.floor.cell_m)
         return float(ahead_m[np.argmax(touching)]) if touching.any() else self.trail.length_m
 
 

@@ -13,10 +13,9 @@ from mapserver.formation.trail import STEP_M, Lane, sample
 from protocol.geometry import Array
 
 LATERAL_STEP_M = 0.02
-SIDE_MARGIN_M = 0.045  # between a follower's body and things beside the trail
+SIDE_MARGIN_M = 0.04  # between a follower's body and things beside the trail
 LEAST_STRETCH = 0.4  # on the inside of a bend no lane gets shorter than this share of the trail
-RAMP_PER_LEFT = 1.25  # a follower takes twice so many metres of trail for a metre to the side
-LEAST_RAMP_M = 0.15
+SLOPE, EASE_M = 1.0, 0.10  # of a lane that leaves the trail or comes back to it, and over how much of the trail it turns so far
 BLEND_M = 0.45  # of trail, over which a new plan takes over from the old one
 
 
@@ -30,7 +29,7 @@ def lefts_along(trail: Lane, offsets: Array, from_arcs_m: Array, radius_m: float
         room_m = _room(trail, float(np.sign(wanted_m)), abs(wanted_m), radius_m, cost_map)
         first = int(np.clip(from_arc_m / STEP_M, 0, len(room_m) - 1))
         room_m[:first] = room_m[first]
-        row[:] = np.sign(wanted_m) * _smoothly(room_m, abs(wanted_m))
+        row[:] = np.sign(wanted_m) * _smoothly(room_m)
     return lefts_m
 
 
@@ -54,17 +53,16 @@ def _room(trail: Lane, sign: float, left_m: float, radius_m: float, cost_map: Co
     return np.asarray(steps_m[np.maximum(open_steps - 1, 0)])
 
 
-def _smoothly(room_m: Array, most_m: float) -> Array:
-    """Return the room without steps and corners, nowhere more than there is around."""
-    half = _samples(max(RAMP_PER_LEFT * most_m, LEAST_RAMP_M) / 2.0)
-    return _averaged(minimum_filter1d(room_m, 4 * half + 1, mode="nearest"), half)
+def _smoothly(room_m: Array) -> Array:
+    """Return the room with no slope steeper than SLOPE and without corners, nowhere more than there is around."""
+    climb_m = SLOPE * STEP_M * np.arange(len(room_m))
+    reached_m = np.minimum.accumulate(room_m - climb_m) + climb_m
+    both_m = np.minimum.accumulate((reached_m + climb_m)[::-1])[::-1] - climb_m
+    half = round(0.5 * EASE_M / STEP_M)
+    return _averaged(minimum_filter1d(both_m, 4 * half + 1, mode="nearest"), half)
 
 
 def _averaged(rows: Array, half: int) -> Array:
     """Return the mean over +-half samples, taken twice, so that slopes are steady."""
     once = uniform_filter1d(rows, 2 * half + 1, mode="nearest")
     return np.asarray(uniform_filter1d(once, 2 * half + 1, mode="nearest"))
-
-
-def _samples(length_m: float) -> int:
-    return max(round(length_m / STEP_M), 2)

@@ -66,6 +66,20 @@ def test_a_marking_is_flat() -> None:
     assert (region.motion, region.flat, region.height_m) == ("static", True, 0.0)
 
 
+GRAIN = box(0.40, 0.44, 0.02)
+
+
+def test_a_speck_near_by_of_which_nothing_is_known_is_the_floors_grain() -> None:
+    (region,) = described(seen(upright(GRAIN, 0.0)), no_tracks())
+    assert (region.motion, region.flat) == ("unknown", True)
+
+
+@pytest.mark.parametrize("thing", [upright(GRAIN, 0.2), upright(box(0.40, 0.44, 0.1), 0.0), upright(box(0.9, 1.0, 0.024), 0.0)])
+def test_what_may_be_tall_or_is_wide_or_far_is_a_thing(thing: NDArray[np.float64]) -> None:
+    (region,) = described(seen(thing), no_tracks())
+    assert not region.flat
+
+
 def test_an_outline_is_the_shadow_of_the_thing_from_the_camera() -> None:
     (region,) = described(seen(CRATE), watched(CRATE, LABEL))
     shadow = appearances(CRATE)

@@ -63,7 +63,7 @@ def test_a_new_plan_begins_where_followers_are_and_how_they_move() -> None:
     held_m = np.array([np.full(400, 0.4), np.full(400, 0.7)])
     backs_m = backs_along(drawn_in_from(1.5, 2.5), OPEN_M, 1.0, SPACING, held_m)
     assert np.allclose(backs_m[:, 100], [0.4, 0.7], atol=1e-6)
-    assert np.abs(pace(backs_m)[:, 100] - 1.0).max() < 0.1
+    assert np.abs(pace(backs_m)[:, 100] - 1.0).max() < 0.2
     assert pace(backs_m).min() >= -1e-9
 
 

@@ -53,7 +53,7 @@ def test_a_narrow_gate_makes_a_column_that_keeps_clear_of_it_and_of_itself(gap_m
 def test_nobody_has_to_drive_backwards_or_to_turn_on_the_spot() -> None:
     lanes, backs_m = plan(0.32)
     assert np.gradient(backs_m, STEP_M, axis=1).max() <= 1.0 + 1e-9
-    assert max(np.abs(lane.turns).max() for lane in lanes) < 1.0 / 0.25
+    assert max(np.abs(lane.turns).max() for lane in lanes) < 1.0 / 0.12
 
 
 def test_one_plan_goes_over_into_the_next_without_a_jump() -> None:
