@@ -7,7 +7,7 @@ paths           live, smoothed (null where the run has none), each
     robots      by name: poses_matched, poses_expected, {x, y, distance}_{mean, max}_cm, heading_{mean, max}_deg, aligned_rmse_cm
     mean        the same keys: means of the robots' means, the largest of their maxima, poses summed up
 distances       between found obstacles (null for fewer than two): pairs, {x, y}_{mean, max}_cm
-formation       null where nobody had a slot: {steady, avoiding}_{rms_cm, s}, worst_cm, restored_s (a list: each time it opened again),
+formation       null where nobody had a slot: {steady, avoiding}_{rms_cm, s}, worst_cm, restored_s (a list: once there was room),
                 phases (one after the other)
 map
     asked, found, recall, precision

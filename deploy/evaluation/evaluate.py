@@ -6,12 +6,17 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from deploy.evaluation.formation_metrics import FormationScore, read_slots, score_formation
+from deploy.evaluation.formation_room import Room
 from deploy.evaluation.map_metrics import DistanceErrors, MapScore, distance_errors, score_map
 from deploy.evaluation.path_metrics import MatchedPath, PathScore, match_path, mean_score, score_path
 from deploy.evaluation.run_folder import RunFolder, read_run_folder
 from deploy.evaluation.truth import Truth, read_truth
 from deploy.evaluation.tum import Trajectory, no_poses
+from mapserver.config import load_config
+from mapserver.formation.shapes import follower_offsets
 from protocol.errors import RecordingError
+
+MAPSERVER_CONFIG = Path("config", "mapserver.toml")  # in the folder of a run
 
 
 @dataclass(frozen=True)
@@ -56,8 +61,19 @@ def evaluate(run_dir: Path, recording_dir: Path, label: str | None = None) -> Ev
         smoothed=_score_team(run.smoothed, truth) if run.smoothed else None,
         map=map_score,
         distances=distance_errors(map_score),
-        formation=score_formation(read_slots(run_dir), truth.trajectories),
+        formation=_score_formation(run_dir, truth),
     )
+
+
+def _score_formation(run_dir: Path, truth: Truth) -> FormationScore | None:
+    """Score the formation, as far as the run tells which one it was."""
+    config_file = run_dir / MAPSERVER_CONFIG
+    rows = read_slots(run_dir)
+    if not rows or not config_file.exists():
+        return score_formation(rows, truth.trajectories)
+    config = load_config(config_file)
+    offsets = follower_offsets(config.formation.shape(), len(config.robots) - 1)
+    return score_formation(rows, truth.trajectories, Room(truth, offsets).is_there)
 
 
 def _score_team(estimates: dict[str, Trajectory], truth: Truth) -> TeamPaths:

@@ -6,7 +6,7 @@ What the formation did is read from formation.csv (formation_log.py), where the 
 from __future__ import annotations
 
 import csv
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from itertools import groupby, pairwise
 from pathlib import Path
@@ -23,7 +23,7 @@ from protocol.geometry import Pose2
 
 STEADY, AVOIDING = ("moving", "exploring", "returning"), ("avoiding",)
 RESTORED_M = 0.02  # from its slot, the formation being open again
-REOPENING_M = 0.005  # by which a slot must have moved outwards to show that the formation opens
+LONG_S = 5.0  # room that a formation leaves unused for longer counts as if it had opened only then
 
 
 class SlotRow(NamedTuple):
@@ -45,7 +45,7 @@ class FormationScore:
     worst_m: float  # of a follower, in either
     steady_s: float
     avoiding_s: float
-    restored_s: tuple[float, ...]  # how long the formation took to open again, each time
+    restored_s: tuple[float, ...]  # how long the formation took to be whole again once there was room, each time
     phases: tuple[str, ...]  # one after the other
 
 
@@ -60,10 +60,15 @@ def read_slots(run: Path) -> list[SlotRow]:
     return [_row(file, number, fields) for number, fields in enumerate(csv.reader(lines), start=2)]
 
 
-def score_formation(rows: Iterable[SlotRow], truth: Mapping[str, Trajectory]) -> FormationScore | None:
-    """Return the score; None where there is no follower with a slot."""
+def score_formation(
+    rows: Iterable[SlotRow], truth: Mapping[str, Trajectory], has_room: Callable[[str, int], bool] = lambda leader, stamp_ns: False
+) -> FormationScore | None:
+    """Return the score; None where there is no follower with a slot.
+
+    `has_room` tells for a leader and a stamp whether the whole formation had room there.
+    """
     paths = {robot: dict(zip(path.stamps_ns.tolist(), path.poses.tolist(), strict=True)) for robot, path in truth.items()}
-    moments = [_moment(list(group), paths) for _, group in groupby(rows, key=lambda row: row.stamp_ns)]
+    moments = [_moment(list(group), paths, has_room) for _, group in groupby(rows, key=lambda row: row.stamp_ns)]
     errors = {name: _of(moments, phases) for name, phases in (("steady", STEADY), ("avoiding", AVOIDING))}
     both = np.concatenate(list(errors.values()))
     if not len(both):
@@ -83,18 +88,17 @@ class _Moment(NamedTuple):
     stamp_ns: int
     phase: str
     errors_m: NDArray[np.float64]  # (followers,)
-    spread_m: float  # mean distance of the slots from the leader's axis
+    has_room: bool
 
 
-def _moment(rows: list[SlotRow], paths: Mapping[str, Mapping[int, list[float]]]) -> _Moment:
+def _moment(rows: list[SlotRow], paths: Mapping[str, Mapping[int, list[float]]], has_room: Callable[[str, int], bool]) -> _Moment:
     stamp_ns, phase, leader, _, _ = rows[0]
     followers = [row for row in rows if row.robot != leader and stamp_ns in paths.get(row.robot, {})]
     if not followers or stamp_ns not in paths.get(leader, {}):
-        return _Moment(stamp_ns, phase, np.empty(0), 0.0)
+        return _Moment(stamp_ns, phase, np.empty(0), has_room=False)
     slots = Pose2(*paths[leader][stamp_ns]).apply([row.leader_from_slot_m for row in followers])
     places = np.array([paths[row.robot][stamp_ns][:2] for row in followers])
-    spread_m = float(np.mean([abs(row.leader_from_slot_m[1]) for row in followers]))
-    return _Moment(stamp_ns, phase, np.hypot(*(places - slots).T), spread_m)
+    return _Moment(stamp_ns, phase, np.hypot(*(places - slots).T), has_room(leader, stamp_ns))
 
 
 def _of(moments: Iterable[_Moment], phases: tuple[str, ...]) -> NDArray[np.float64]:
@@ -111,16 +115,24 @@ def _lasting_s(moments: list[_Moment], phases: tuple[str, ...]) -> float:
 
 
 def _restored_s(moments: list[_Moment]) -> list[float]:
-    """Return, for every time that the formation gave way, how long it took from when it began to open until it was open and held."""
+    """Return, for every time that the formation gave way, how long it took from when there was room until it was whole and held.
+
+    Room that ended before counts only where it lasted for LONG_S.
+    """
     took: list[float] = []
-    narrowest: _Moment | None = None
+    gave_way, since_ns = False, -1  # since when there has been room; -1: there is none
     for moment in moments:
-        if moment.phase in AVOIDING:
-            if narrowest is None or moment.spread_m < narrowest.spread_m + REOPENING_M:
-                narrowest = moment
-        elif moment.phase in STEADY and narrowest is not None and (moment.errors_m < RESTORED_M).all():
-            took.append((moment.stamp_ns - narrowest.stamp_ns) / 1e9)
-            narrowest = None
+        under_way = moment.phase in STEADY + AVOIDING
+        gave_way |= moment.phase in AVOIDING
+        lasted_s = (moment.stamp_ns - since_ns) * 1e-9 if since_ns >= 0 else 0.0
+        if not (under_way and moment.has_room):
+            took += [lasted_s] if gave_way and lasted_s > LONG_S else []
+            since_ns = -1
+        elif since_ns < 0:
+            since_ns, lasted_s = moment.stamp_ns, 0.0
+        if gave_way and since_ns >= 0 and moment.phase in STEADY and (moment.errors_m < RESTORED_M).all():
+            took.append(lasted_s)
+            gave_way = False
     return took
 
 

@@ -102,7 +102,7 @@ def formation_table(score: FormationScore) -> Table:
     table.add_row("distance from the slots, avoiding, RMS [cm]", _cm(score.avoiding_rms_m, 2))
     table.add_row("worst of a follower [cm]", _cm(score.worst_m, 2))
     table.add_row("time steady, and avoiding [s]", f"{score.steady_s:.1f}  {score.avoiding_s:.1f}")
-    table.add_row("open again after [s]", "  ".join(f"{seconds:.1f}" for seconds in score.restored_s) or NOTHING)
+    table.add_row("whole again, once there was room, after [s]", "  ".join(f"{seconds:.1f}" for seconds in score.restored_s) or NOTHING)
     return table
 
 
