@@ -23,7 +23,7 @@ from protocol.geometry import Pose2
 
 STEADY, AVOIDING = ("moving", "exploring", "returning"), ("avoiding",)
 RESTORED_M = 0.02  # from its slot, the formation being open again
-LONG_S = 5.0  # room that a formation leaves unused for longer counts as if it had opened only then
+LONG_S = 10.0  # room that a formation leaves unused for longer, enough to open and draw in again, counts as if it had opened only then
 
 
 class SlotRow(NamedTuple):

@@ -30,6 +30,7 @@ LONG_M, WALL_M = 0.6, 0.15  # a base line as long is that of a wall, which goes 
 MARGIN_M = WALL_M + 0.01  # of the raster around all that is drawn
 THINNEST = np.ones((3, 3), np.uint8)  # 1.5 cm: what is left thinner between bare floor is no part of a thing
 LEAST_WIDTH_SHARE = 0.35  # of the widest view: what shows less is no view of the whole thing
+MOST_WIDTH_SHARE, WIDE_M = 2.0, 0.4  # of the base line's length: a wider view shows something else as well, unless it is no wider than this
 LEAST_BASE_CELLS = 15  # fewer are no base line
 NEAR_BASE = np.ones((9, 9), np.uint8)  # 2 cm to all sides
 LEAST_SQUARE_HEIGHT, MOST_SQUARE_HEIGHT = 0.02, 0.7  # that a thing of unknown height may have [camera heights]
@@ -66,19 +67,19 @@ class Footprint(NamedTuple):
 def footprint(views: Sequence[Silhouette], height_m: float | None, ground: Ground | None = None) -> Footprint | None:
     """Return the footprint that most views agree on and the ground bears out; None where no view gives any.
 
-    A thing of unknown height is taken to be about as deep as it is wide. A view that shows less of its width counts for less. Its own base
+    A thing of unknown height is taken to be about as deep as it is wide. A view that shows less of its width counts for less, and one that
+    shows much more, for it shows something else as well, only where there is no other. Its own base
     line is part of the footprint, floor that was seen bare is not, and no part of it is farther from the base line than that is long. A
     height that puts the thing beside its base line is not believed.
     """
-    widest_m = max(view.extent.width_m for view in views)
-    views = [view for view in views if view.extent.width_m >= LEAST_WIDTH_SHARE * widest_m]
+    base_m = np.empty((0, 2)) if ground is None or len(ground.base_m) < LEAST_BASE_CELLS else ground.base_m
+    views, widest_m = _whole(views, base_m)
     pairs = [_with_shrunk(view, height_m) for view in views]
     lowest = np.array([pair.min(axis=1).max(axis=0) for pair in pairs])  # of the box that the outline and the shrunk one have in common
     highest = np.array([pair.max(axis=1).min(axis=0) for pair in pairs])
     overlap = np.flatnonzero((lowest < highest).all(axis=1))
     if not len(overlap):
         return None
-    base_m = np.empty((0, 2)) if ground is None or len(ground.base_m) < LEAST_BASE_CELLS else ground.base_m
     origin = np.vstack([lowest[overlap], base_m]).min(axis=0) - MARGIN_M
     first = np.floor((lowest[overlap] - origin) / RASTER_M).astype(int) - 1
     beyond = np.ceil((highest[overlap] - origin) / RASTER_M).astype(int) + 2
@@ -94,9 +95,17 @@ def footprint(views: Sequence[Silhouette], height_m: float | None, ground: Groun
     base_line = _painted(base_m, origin, agreed.shape)
     if height_m is not None and len(base_m) and not (agreed & (cv2.dilate(base_line, NEAR_BASE) > 0)).any():
         return footprint(views, None, ground)
-    base = _hull(agreed if ground is None else _on_ground(agreed, ground.is_bare, base_m, base_line, origin), origin)
+    base = _hull(agreed if ground is None else _on_ground(agreed, ground.is_bare, base_m, base_line, origin), base_line, origin)
     centre_m = shapely.get_coordinates(shapely.centroid(base))[0]
     return Footprint(base, centre_m, _second_moments(_centres(votes, origin) - centre_m))
+
+
+def _whole(views: Sequence[Silhouette], base_m: Array) -> tuple[list[Silhouette], float]:
+    """Return the views that show the thing whole and alone, as far as its base line, (n, 2) [m], tells, and the widest one's width [m]."""
+    most_m = max(MOST_WIDTH_SHARE * float(np.hypot(*np.ptp(base_m, axis=0))), WIDE_M) if len(base_m) else math.inf
+    alone = [view for view in views if view.extent.width_m <= most_m] or views
+    widest_m = max(view.extent.width_m for view in alone)
+    return [view for view in alone if view.extent.width_m >= LEAST_WIDTH_SHARE * widest_m], widest_m
 
 
 def _with_shrunk(view: Silhouette, height_m: float | None) -> Array:
@@ -177,10 +186,12 @@ def _on_ground(agreed: NDArray[np.bool_], is_bare: IsBare, base_m: Array, base_l
     return kept if kept.any() else agreed
 
 
-def _hull(mask: NDArray[np.bool_], origin: Array) -> shapely.Polygon:
-    """Return the convex hull of a mask's largest piece, grown by the half cells that a border through centres cuts off."""
+def _hull(mask: NDArray[np.bool_], base_line: NDArray[np.uint8], origin: Array) -> shapely.Polygon:
+    """Return the convex hull of a mask's largest piece and of the base line, grown by the half cells that a border through centres cuts off."""
     contours, _ = cv2.findContours(mask.view(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_SIMPLE)
-    corners = cv2.convexHull(max(contours, key=cv2.contourArea))[:, 0]
+    largest = max(contours, key=cv2.contourArea)[:, 0]
+    on_base = np.argwhere(base_line)[:, ::-1]
+    corners = cv2.convexHull(np.vstack([largest, on_base]).astype(np.int32)).reshape(-1, 2)
     ring = shapely.linestrings((np.vstack([corners, corners[:1]]) + 0.5) * RASTER_M + origin)
     grown = shapely.buffer(shapely.convex_hull(ring), 0.5 * RASTER_M, quad_segs=1, join_style="mitre")
     hull: shapely.Polygon = shapely.simplify(grown, 0.5 * RASTER_M)
