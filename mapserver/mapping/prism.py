@@ -68,9 +68,9 @@ def footprint(views: Sequence[Silhouette], height_m: float | None, ground: Groun
     """Return the footprint that most views agree on and the ground bears out; None where no view gives any.
 
     A thing of unknown height is taken to be about as deep as it is wide. A view that shows less of its width counts for less, and one that
-    shows much more, for it shows something else as well, only where there is no other. Its own base
-    line is part of the footprint, floor that was seen bare is not, and no part of it is farther from the base line than that is long. A
-    height that puts the thing beside its base line is not believed.
+    shows much more, and so something else as well, counts only where there is no other. Its own base line is part of the footprint, floor
+    that was seen bare is not, and no part of it is farther from the base line than that is long. A height that puts the thing beside its
+    base line is not believed.
     """
     base_m = np.empty((0, 2)) if ground is None or len(ground.base_m) < LEAST_BASE_CELLS else ground.base_m
     views, widest_m = _whole(views, base_m)
@@ -187,7 +187,7 @@ def _on_ground(agreed: NDArray[np.bool_], is_bare: IsBare, base_m: Array, base_l
 
 
 def _hull(mask: NDArray[np.bool_], base_line: NDArray[np.uint8], origin: Array) -> shapely.Polygon:
-    """Return the convex hull of a mask's largest piece and of the base line, grown by the half cells that a border through centres cuts off."""
+    """Return the convex hull of a mask's largest piece and the base line, grown by the half cells that a border through centres cuts."""
     contours, _ = cv2.findContours(mask.view(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_SIMPLE)
     largest = max(contours, key=cv2.contourArea)[:, 0]
     on_base = np.argwhere(base_line)[:, ::-1]

@@ -47,7 +47,7 @@ def run_arena(seed: int, robots: int, folder: Path, display: Display, most_s: fl
     prepare_folder(folder, overwrite=True)
     plan = replace(plan_of(scenario, arena_arguments(seed, robots), folder, most_s), pace=math.inf)
     moment = simulate(plan, display)
-    result = _result(seed, robots, moment, evaluate(folder, plan.told), _collisions(plan.told), scenario.goals_m[-1])
+    result = _result(seed, robots, moment, evaluate(folder, plan.told), collisions_in(plan.told), scenario.goals_m[-1])
     result.write(folder)
     return result
 
@@ -81,6 +81,7 @@ def _reached(moment: Moment, goal_m: tuple[float, float]) -> bool:
     return min(math.dist(place, goal_m) for place in places.values()) < NEAR_GOAL_M
 
 
-def _collisions(told: Path) -> int:
+def collisions_in(told: Path) -> int:
+    """Return how many collisions the world has written down in its folder."""
     with (told / "ground_truth" / "collisions.csv").open(encoding="utf-8", newline="") as file:
         return sum(1 for row in csv.reader(file) if row and not row[0].startswith("#"))
