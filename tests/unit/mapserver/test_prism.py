@@ -98,6 +98,23 @@ def test_a_base_line_that_the_views_miss_is_part_of_the_thing() -> None:
     assert found.base.bounds[2] > 0.29
 
 
+def test_a_base_line_in_pieces_is_all_of_one_thing() -> None:
+    pieces = np.array([[x_m, 0.1 * side] for side in (-1, 1) for x_m in np.linspace(-0.1, 0.1, 21)])
+    parted = Ground(lambda x_m, y_m: np.tile((np.abs(y_m) < 0.03)[:, None], (1, len(x_m))), pieces)  # as where a thing looks like the floor
+    found = footprint([seen_from((-0.8, 0.0), rectangle(0.0, 0.09, 0.1, 0.02))], HEIGHT_M, parted)
+    assert found is not None
+    assert iou(found.base, rectangle(0.0, 0.0, 0.2, 0.2)) > 0.8
+
+
+def test_a_view_that_shows_a_wall_as_well_does_not_count_where_others_show_the_thing_alone() -> None:
+    line = np.array([[-0.1, y_m] for y_m in np.linspace(-0.1, 0.1, 21)])
+    alone = seen_from((-0.8, 0.0), rectangle(0.0, 0.0, 0.2, 0.2), weight=0.1)
+    with_wall = seen_from((-0.8, 0.0), np.vstack([rectangle(0.0, 0.0, 0.2, 0.2), rectangle(0.5, 0.5, 0.02, 2.0)]), weight=0.9)
+    found = footprint([alone, with_wall], HEIGHT_M, Ground(nowhere_bare, line))
+    assert found is not None
+    assert iou(found.base, rectangle(0.0, 0.0, 0.2, 0.2)) > 0.9
+
+
 def test_a_wall_goes_on_behind_its_base_line_where_the_floor_is_not_bare() -> None:
     line = np.array([[0.5, y_m] for y_m in np.linspace(-0.8, 0.8, 161)])
     seen = seen_from((-0.3, 0.0), rectangle(0.51, 0.0, 0.02, 1.6), 0.0)
