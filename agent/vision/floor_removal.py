@@ -40,7 +40,9 @@ CHROMA_MARGIN_BINS = 3  # half width by which every learnt colour is widened: se
 SOFT_EDGE = 0.2  # change of the logarithm of brightness over three pixels: no soft shadow is so steep
 GROWTH_MARGIN_BINS = 1  # what differs by more than this, averaged over the window below, and lies beside an object, belongs to it
 GROWTH_BLUR_PX, GROWTH_REACH_PX = 5, 25
-DARKER, BRIGHTER = 0.25, 0.18  # least contrast to the learnt brightnesses that makes an object; shadows darken, few things brighten
+DARKER, BRIGHTER = 0.25, 0.12  # least contrast to the learnt brightnesses that makes an object; shadows darken, few things brighten
+
+GRAIN_SHARE = 0.75  # of the range of learnt brightnesses: what exceeds them by less is the grain of a floor that varies as much
 
 _CHROMA = CHROMA_BIN * (np.arange(CHROMA_BINS) - 0.5 * (CHROMA_BINS - 1))  # at the middle of each bin
 _FAR = np.minimum((_CHROMA[:, None] ** 2 + _CHROMA[None] ** 2) / FAR_CHROMA**2, 1.0)
@@ -228,7 +230,8 @@ def _odd_brightness(brightness: Field, support: Field) -> tuple[NDArray[np.bool_
     centre = BRIGHTNESS_BINS / 2.0
     low = min(0.0, (known[0] - centre + 1.0) * BRIGHTNESS_BIN) if known.size else 0.0
     high = max(0.0, (known[-1] - centre) * BRIGHTNESS_BIN) if known.size else 0.0
-    return np.asarray(brightness < low - DARKER), np.asarray(brightness > high + BRIGHTER)
+    brighter = max(BRIGHTER, GRAIN_SHARE * (high - low))
+    return np.asarray(brightness < low - DARKER), np.asarray(brightness > high + brighter)
 
 
 def _without_soft_shadows(dark: NDArray[np.bool_], brightness: Field) -> NDArray[np.bool_]:
