@@ -31,6 +31,7 @@ MARGIN_M = WALL_M + 0.01  # of the raster around all that is drawn
 THINNEST = np.ones((3, 3), np.uint8)  # 1.5 cm: what is left thinner between bare floor is no part of a thing
 LEAST_WIDTH_SHARE = 0.35  # of the widest view: what shows less is no view of the whole thing
 MOST_WIDTH_SHARE, WIDE_M = 2.0, 0.4  # of the base line's length: a wider view shows something else as well, unless it is no wider than this
+MOST_BARE_SHARE = 0.4  # of what a thing and its base line enclose; with more of it they are not one
 LEAST_BASE_CELLS = 15  # fewer are no base line
 NEAR_BASE = np.ones((9, 9), np.uint8)  # 2 cm to all sides
 LEAST_SQUARE_HEIGHT, MOST_SQUARE_HEIGHT = 0.02, 0.7  # that a thing of unknown height may have [camera heights]
@@ -95,7 +96,8 @@ def footprint(views: Sequence[Silhouette], height_m: float | None, ground: Groun
     base_line = _painted(base_m, origin, agreed.shape)
     if height_m is not None and len(base_m) and not (agreed & (cv2.dilate(base_line, NEAR_BASE) > 0)).any():
         return footprint(views, None, ground)
-    base = _hull(agreed if ground is None else _on_ground(agreed, ground.is_bare, base_m, base_line, origin), base_line, origin)
+    bare = _bare(ground, agreed.shape, origin)
+    base = _outlined(_on_ground(agreed, bare, base_m, base_line), base_line, bare, origin)
     centre_m = shapely.get_coordinates(shapely.centroid(base))[0]
     return Footprint(base, centre_m, _second_moments(_centres(votes, origin) - centre_m))
 
@@ -173,10 +175,16 @@ def _painted(cells_m: Array, origin: Array, shape: tuple[int, ...]) -> NDArray[n
     return painted
 
 
-def _on_ground(agreed: NDArray[np.bool_], is_bare: IsBare, base_m: Array, base_line: NDArray[np.uint8], origin: Array) -> NDArray[np.bool_]:
+def _bare(ground: Ground | None, shape: tuple[int, ...], origin: Array) -> NDArray[np.bool_]:
+    """Return where the ground was seen bare, in a raster."""
+    rows, columns = shape
+    if ground is None:
+        return np.zeros((rows, columns), np.bool_)
+    return ground.is_bare(origin[0] + (np.arange(columns) + 0.5) * RASTER_M, origin[1] + (np.arange(rows) + 0.5) * RASTER_M)
+
+
+def _on_ground(agreed: NDArray[np.bool_], bare: NDArray[np.bool_], base_m: Array, base_line: NDArray[np.uint8]) -> NDArray[np.bool_]:
     """Return the cells that views agree on, less bare floor and what is too far from the base line, and with that."""
-    rows, columns = agreed.shape
-    bare = is_bare(origin[0] + (np.arange(columns) + 0.5) * RASTER_M, origin[1] + (np.arange(rows) + 0.5) * RASTER_M)
     kept = np.asarray(cv2.morphologyEx((agreed & ~bare).view(np.uint8), cv2.MORPH_OPEN, THINNEST) > 0)
     if len(base_m):
         length_m = float(np.hypot(*np.ptp(base_m, axis=0)))
@@ -186,12 +194,20 @@ def _on_ground(agreed: NDArray[np.bool_], is_bare: IsBare, base_m: Array, base_l
     return kept if kept.any() else agreed
 
 
-def _hull(mask: NDArray[np.bool_], base_line: NDArray[np.uint8], origin: Array) -> shapely.Polygon:
-    """Return the convex hull of a mask's largest piece and the base line, grown by the half cells that a border through centres cuts."""
+def _outlined(mask: NDArray[np.bool_], base_line: NDArray[np.uint8], bare: NDArray[np.bool_], origin: Array) -> shapely.Polygon:
+    """Return the convex hull of a mask's largest piece and the base line; without that where they are large and enclose much bare floor."""
     contours, _ = cv2.findContours(mask.view(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_SIMPLE)
     largest = max(contours, key=cv2.contourArea)[:, 0]
-    on_base = np.argwhere(base_line)[:, ::-1]
-    corners = cv2.convexHull(np.vstack([largest, on_base]).astype(np.int32)).reshape(-1, 2)
+    corners = cv2.convexHull(np.vstack([largest, np.argwhere(base_line)[:, ::-1]]).astype(np.int32)).reshape(-1, 2)
+    inside = cv2.fillConvexPoly(np.zeros(mask.shape, np.uint8), corners, 1) > 0
+    is_large = float(np.hypot(*np.ptp(corners, axis=0))) * RASTER_M > LONG_M
+    if is_large and (inside & bare).sum() > MOST_BARE_SHARE * inside.sum():
+        corners = cv2.convexHull(largest).reshape(-1, 2)
+    return _hull(np.asarray(corners, np.int64), origin)
+
+
+def _hull(corners: NDArray[np.int_], origin: Array) -> shapely.Polygon:
+    """Return a convex polygon, (n, 2) columns and rows, in the arena, grown by the half cells that a border through centres cuts off."""
     ring = shapely.linestrings((np.vstack([corners, corners[:1]]) + 0.5) * RASTER_M + origin)
     grown = shapely.buffer(shapely.convex_hull(ring), 0.5 * RASTER_M, quad_segs=1, join_style="mitre")
     hull: shapely.Polygon = shapely.simplify(grown, 0.5 * RASTER_M)
