@@ -19,6 +19,7 @@ from protocol.geometry import Array
 
 LEAST_SIDE_M = 0.02  # between bodies and things; what comes nearer, stops the plan there
 STEADY_TURN, STEADY_REACH_M = 2.0, 0.1  # [rad/m] the most that a steady leader's trail bends, so far around it
+NEAR_M, NEAR_SIDE_M = 0.15, 0.01  # what has turned out so much nearer just ahead does not stop it: there it is too late to give way
 SIGHT_M = 1.5  # ahead of the leader that is checked again in every step
 STOP_BEFORE_M = 0.05
 MEETING_M = 0.015  # robots may come so much nearer than planned
@@ -84,7 +85,8 @@ class Plan:
         for number in range(len(self.names)):
             arcs_m = ahead_m - sample(self.backs_m[number - 1], ahead_m) if number else ahead_m
             clearances_m = cost_map.clearance_m(sample(self.lanes[number].points_m, arcs_m))
-            touching |= clearances_m < min(radius_m + LEAST_SIDE_M, float(clearances_m[0]) - cost_map.floor.cell_m)
+            least_m = np.where(ahead_m - arc_m < NEAR_M, NEAR_SIDE_M, LEAST_SIDE_M) + radius_m
+            touching |= clearances_m < np.minimum(least_m, float(clearances_m[0]) - cost_map.floor.cell_m)
         return float(ahead_m[np.argmax(touching)]) if touching.any() else self.trail.length_m
 
 
