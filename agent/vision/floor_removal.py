@@ -41,7 +41,6 @@ SOFT_EDGE = 0.2  # change of the logarithm of brightness over three pixels: no s
 GROWTH_MARGIN_BINS = 1  # what differs by more than this, averaged over the window below, and lies beside an object, belongs to it
 GROWTH_BLUR_PX, GROWTH_REACH_PX = 5, 25
 DARKER, BRIGHTER = 0.25, 0.12  # least contrast to the learnt brightnesses that makes an object; shadows darken, few things brighten
-
 GRAIN_SHARE = 0.75  # of the range of learnt brightnesses: what exceeds them by less is the grain of a floor that varies as much
 
 _CHROMA = CHROMA_BIN * (np.arange(CHROMA_BINS) - 0.5 * (CHROMA_BINS - 1))  # at the middle of each bin

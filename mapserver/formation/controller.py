@@ -155,14 +155,14 @@ class FormationController:
         """Begin to gather behind the leader that makes least work of it."""
         started: list[Start] = []
         from_goal = Reach(scene, np.array(goal), berth_of(self._body))
-        first, *others = self._leaders(moment, from_goal)
-        for leader in (first, *others):
+        leaders = self._leaders(moment, from_goal)
+        for leader in leaders:
             start = form_up(moment.poses, leader, goal, from_goal, self._task.shape, self._body, scene, self._stood_m)
             started += [] if start is None else [start]
             if start is not None and start.effort_m < CHANGE_M:
                 break
         if started:
-            best = min(started, key=lambda start: (start.plan.leader in self._unfit, self._effort_m(start, first)))
+            best = min(started, key=lambda start: (start.plan.leader in self._unfit, self._effort_m(start, leaders[0])))
             self._leader, self._trouble, self._stood_m = best.plan.leader, "", None
             self._is_led_on = True
             self._activity = Gathering(best.plan, best.arc_m, moment.poses, self._body)

@@ -12,8 +12,8 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import uniform_filter1d
 
+from mapserver.formation.narrowing import averaged
 from mapserver.formation.trail import STEP_M, Lane, sample
 from protocol.geometry import Array
 
@@ -136,11 +136,7 @@ def _eased(own_m: Array) -> Array:
     margin = 2 * EASE_STEPS
     before_m = own_m[0] - STEP_M * np.arange(margin, 0, -1)
     after_m = own_m[-1] + STEP_M * np.arange(1, margin + 1)
-    return _mean(_mean(np.concatenate([before_m, own_m, after_m])))[margin:-margin]
-
-
-def _mean(row: Array) -> Array:
-    return np.asarray(uniform_filter1d(row, 2 * EASE_STEPS + 1, mode="nearest"))
+    return averaged(np.concatenate([before_m, own_m, after_m]), EASE_STEPS)[margin:-margin]
 
 
 def _taken_over(old_m: Array, new_m: Array, from_arc_m: float) -> Array:

@@ -59,10 +59,10 @@ def _smoothly(room_m: Array) -> Array:
     reached_m = np.minimum.accumulate(room_m - climb_m) + climb_m
     both_m = np.minimum.accumulate((reached_m + climb_m)[::-1])[::-1] - climb_m
     half = round(0.5 * EASE_M / STEP_M)
-    return _averaged(minimum_filter1d(both_m, 4 * half + 1, mode="nearest"), half)
+    return averaged(minimum_filter1d(both_m, 4 * half + 1, mode="nearest"), half)
 
 
-def _averaged(rows: Array, half: int) -> Array:
+def averaged(rows: Array, half: int) -> Array:
     """Return the mean over +-half samples, taken twice, so that slopes are steady."""
     once = uniform_filter1d(rows, 2 * half + 1, mode="nearest")
     return np.asarray(uniform_filter1d(once, 2 * half + 1, mode="nearest"))

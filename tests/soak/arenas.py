@@ -12,6 +12,7 @@ from deploy.evaluation.evaluate import Evaluation, evaluate
 from deploy.folders import prepare_folder
 from deploy.scenario_plan import arena_arguments, plan_of
 from deploy.simulation import Display, Moment, simulate
+from protocol.messages import FormationState
 from sim.arena import random_arena
 
 NEAR_GOAL_M = 0.05
@@ -68,8 +69,13 @@ def _result(seed: int, robots: int, moment: Moment, evaluation: Evaluation, coll
         restored_s=max(formation.restored_s, default=nan) if formation else nan,
         recall=evaluation.map.recall,
         invented=len(evaluation.map.invented),
-        ending="" if state is None else " ".join(filter(None, (state.phase, state.reason))),
+        ending=ending_of(state),
     )
+
+
+def ending_of(state: FormationState | None) -> str:
+    """Return a formation's phase and its reason in one line; empty where nobody heard of it."""
+    return "" if state is None else " ".join(filter(None, (state.phase, state.reason)))
 
 
 def _reached(moment: Moment, goal_m: tuple[float, float]) -> bool:

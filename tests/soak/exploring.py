@@ -21,7 +21,7 @@ from sim.arena import BOUNDS_M, NARROW_RADIUS_M, random_arena
 from sim.free_floor import CELL_M, FreeFloor
 from sim.scenario import Scenario
 from sim.staging import obstacles_of
-from tests.soak.arenas import collisions_in
+from tests.soak.arenas import collisions_in, ending_of
 
 MOST_S = 240.0  # of world time: who is not home by then is stuck
 
@@ -55,7 +55,7 @@ def explore_arena(seed: int, robots: int, folder: Path, display: Display, most_s
         wall_s=moment.wall_s,
         collisions=collisions_in(plan.told),
         known_share=known_share(folder, scenario),
-        ending="" if state is None else " ".join(filter(None, (state.phase, state.reason))),
+        ending=ending_of(state),
     )
 
 

@@ -12,7 +12,6 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from agent.config import AgentConfig
 from agent.drivers.bus_camera import UNDECODABLE
 from agent.drivers.camera import CapturedFrame
 from agent.pipeline import Step
@@ -25,19 +24,12 @@ from protocol.geometry import Array
 from protocol.inbox import Inbox
 from protocol.messages import Drive, LocalMap, MotionVectors, WheelReadings
 from protocol.topics import AGENT_ALIVE, AGENT_DEBUG, AGENT_REPORT, AGENT_STATUS, LOCAL_MAP, MOTION_VECTORS, Query, Topic
+from tests.unit.agent.robot_config import CONFIG
 
 M = TypeVar("M", bound=Message)
 
 PATIENCE_S = 10.0
 MS = 1_000_000
-CONFIG = AgentConfig.model_validate(
-    {
-        "robot": {"name": "r1", "endpoint": "tcp/127.0.0.1:1"},
-        "camera": {"endpoint": "tcp/127.0.0.1:1", "calibration": "sensor.yaml"},
-        "wheels": {"endpoint": "tcp/127.0.0.1:1"},
-    },
-    strict=False,
-)
 
 
 @dataclass

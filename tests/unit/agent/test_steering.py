@@ -9,7 +9,6 @@ from dataclasses import dataclass, field
 import numpy as np
 import pytest
 
-from agent.config import AgentConfig
 from agent.guard import HEARTBEAT_LIMIT_S
 from agent.guard_pipe import DriveOrder, Latch, LatchOrder
 from agent.helm_pipe import HelmReport, Look
@@ -22,17 +21,10 @@ from protocol.messages import ClockReading, Poses, RobotPose, WheelReadings, Wor
 from protocol.topics import POSES, SERVER_CLOCK, SETPOINTS, WORLD_TIME
 from tests.unit.agent.control.broadcasts import MS, broadcast
 from tests.unit.agent.control.local_maps import local_map
+from tests.unit.agent.robot_config import CONFIG
 
 PATIENCE_S = 10.0
 HELD = Latch(stopped=True, reason="a cat", orders=1)
-CONFIG = AgentConfig.model_validate(
-    {
-        "robot": {"name": "r1", "endpoint": "tcp/127.0.0.1:1"},
-        "camera": {"endpoint": "tcp/127.0.0.1:1", "calibration": "sensor.yaml"},
-        "wheels": {"endpoint": "tcp/127.0.0.1:1"},
-    },
-    strict=False,
-)
 
 
 @dataclass
