@@ -124,10 +124,7 @@ class Approach:
     def is_clear(self, cost_map: CostMap, radius_m: float) -> bool:
         """Tell whether nothing has turned up on what is left of the way; who is nearer to something already may leave it."""
         stage = self._stages[self._now]
-        if not isinstance(stage, Drive):
-            return True
-        clearances_m = cost_map.clearance_m(stage.left_m())
-        return bool(clearances_m.min() >= min(radius_m + LEAST_SIDE_M, float(clearances_m[0]) - cost_map.floor.cell_m))
+        return not isinstance(stage, Drive) or not cost_map.too_near(stage.left_m(), radius_m + LEAST_SIDE_M).any()
 
     def way_m(self) -> Array:
         """Return the places that it leads over, shape (n, 2) [arena]."""

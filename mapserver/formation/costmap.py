@@ -7,7 +7,7 @@ from typing import NamedTuple, TypeVar
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from mapserver.formation.floor import Bounds, Floor, corners_m, cut_out
 from protocol.geometry import Array
@@ -51,6 +51,11 @@ class CostMap(NamedTuple):
         height, width = layer.shape
         inside = (columns >= 0) & (columns < width) & (rows >= 0) & (rows < height)
         return np.where(inside, layer[np.clip(rows, 0, height - 1), np.clip(columns, 0, width - 1)], beyond)
+
+    def too_near(self, way_m: Array, least_m: ArrayLike) -> NDArray[np.bool_]:
+        """Tell where along a way, shape (n, 2) [m; arena], something is nearer than `least_m`; who is as near at its start may leave."""
+        clearances_m = self.clearance_m(way_m)
+        return np.asarray(clearances_m < np.minimum(least_m, float(clearances_m[0]) - self.floor.cell_m))
 
     def uphill(self, points_m: Array, reach_m: float) -> Array:
         """Return the gradient of the clearance, shape (n, 2), by differences over +-`reach_m`: it points away from what is near."""

@@ -81,12 +81,11 @@ class Plan:
         """
         count = len(self.trail.points_m)
         ahead_m = STEP_M * np.arange(int(arc_m / STEP_M), min(int((arc_m + SIGHT_M) / STEP_M) + 1, count))
+        least_m = np.where(ahead_m - arc_m < NEAR_M, NEAR_SIDE_M, LEAST_SIDE_M) + radius_m
         touching = np.zeros(len(ahead_m), dtype=bool)
         for number in range(len(self.names)):
             arcs_m = ahead_m - sample(self.backs_m[number - 1], ahead_m) if number else ahead_m
-            clearances_m = cost_map.clearance_m(sample(self.lanes[number].points_m, arcs_m))
-            least_m = np.where(ahead_m - arc_m < NEAR_M, NEAR_SIDE_M, LEAST_SIDE_M) + radius_m
-            touching |= clearances_m < np.minimum(least_m, float(clearances_m[0]) - cost_map.floor.cell_m)
+            touching |= cost_map.too_near(sample(self.lanes[number].points_m, arcs_m), least_m)
         return float(ahead_m[np.argmax(touching)]) if touching.any() else self.trail.length_m
 
 
