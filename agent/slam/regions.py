@@ -61,7 +61,8 @@ def describe(borders: Borders, labels: NDArray[np.int32], tracks: Tracks, view: 
     eye, rig = projection.body_from_camera[:2, 3], Rig(projection.camera_height_m, view.body_range_m)
     appearance = projection.floor_from_pixels(view.camera_pixels(tracks.pixels)) - eye
     described: list[SeenRegion] = []
-    for outline, label, border, compact in zip(floor_outlines(borders, view), labels, borders.pixels, borders.compact, strict=True):
+    outlines = floor_outlines(borders, view, projection)
+    for outline, label, border, compact in zip(outlines, labels, borders.pixels, borders.compact, strict=True):
         own = tracks.labels == label
         motion = _motion(int(moving[own].sum()), int(settled[own].sum()))
         telling = own & settled

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from agent.vision.connection import connect_pieces, fills_its_hull
+from agent.vision.floor_projection import FloorProjection
 from agent.vision.floor_view import FloorView
 from agent.vision.hull import convex_hull
 from protocol.geometry import Array
@@ -18,6 +19,7 @@ Mask = NDArray[np.uint8]
 
 DIRECTIONS = 72  # a thing seen in each of so many goes all round
 TOLERANCE_PX = 0.8  # of the view; the border is no finer than that
+FINER, SHIFT_BITS = 2, 4  # parts of a pixel in which an edge is drawn to find where it crosses itself, and binary digits of its places
 MARGIN_PX = 2  # a thing's own corners lie on its border, and a little outside the mask
 MOST_REGIONS = 32  # in one local map
 
@@ -45,6 +47,7 @@ class Borders:
     pixels: list[NDArray[np.int32]]  # per region (m, 2) u, v of its border [view px], through the centres of the outermost pixels
     compact: list[bool]  # per region: nearly convex, so that its convex hull stands for it
     numbers: Mask  # (rows, cols) which region each pixel lies in; 0: none
+    edges: list[Array]  # per region (n, 2) u, v along its border [view px], where the thing ends as far as is known
 
     def __len__(self) -> int:
         """Count the regions."""
@@ -78,26 +81,34 @@ def find_borders(not_floor: Mask, centre_px: Array, least_area_px: float) -> Bor
     for number, group in enumerate(groups, start=1):
         cv2.drawContours(numbers, [pieces[index] for index in group], -1, number, cv2.FILLED)
     pixels = [np.concatenate([pieces[index] for index in group]) for group in groups]
-    return Borders(pixels, [fills_its_hull([pieces[index] for index in group]) for group in groups], numbers)
+    compact = [fills_its_hull([pieces[index] for index in group]) for group in groups]
+    return Borders(pixels, compact, numbers, [border.astype(np.float64) for border in pixels])
 
 
-def floor_outlines(borders: Borders, view: FloorView) -> list[Array]:
-    """Map all regions' borders onto the floor: per region (n, 2) [m; body], counter-clockwise, no farther out than the view reaches.
+def floor_outlines(borders: Borders, view: FloorView, projection: FloorProjection) -> list[Array]:
+    """Map all regions' edges onto the floor: per region (n, 2) [m; body], counter-clockwise, no farther out than the view reaches.
 
     A compact region becomes the convex hull of its points (III.5), which is exact for an upright convex thing seen from one side.
     """
-    chosen = [points if compact else _simplified(points) for points, compact in zip(borders.pixels, borders.compact, strict=True)]
+    chosen = [points if compact else _simplified(points) for points, compact in zip(borders.edges, borders.compact, strict=True)]
     if not chosen:
         return []
-    floor = view.floor_of(np.concatenate(chosen))
+    floor = projection.floor_from_pixels(view.camera_pixels(np.concatenate(chosen)))
     range_m = np.hypot(floor[:, 0], floor[:, 1])
     floor = floor * np.minimum(1.0, view.reach_m / np.maximum(range_m, 1e-9))[:, None]
     parts = np.split(floor, np.cumsum([len(points) for points in chosen])[:-1])
     return [_counter_clockwise(_finite(part), compact) for part, compact in zip(parts, borders.compact, strict=True)]
 
 
-def _simplified(border_px: NDArray[np.int32]) -> NDArray[np.int32]:
-    return np.asarray(cv2.approxPolyDP(border_px[:, None], TOLERANCE_PX, True)[:, 0], dtype=np.int32)
+def _simplified(edge_px: Array) -> Array:
+    """Return the largest part of an edge, (n, 2) [px], without the points that tell nothing; where it crosses itself it has several."""
+    first = np.floor(edge_px.min(axis=0)) - 1.0
+    fine = np.rint((edge_px - first) * FINER * (1 << SHIFT_BITS)).astype(np.int32)
+    cols, rows = (np.ceil((edge_px.max(axis=0) - first) * FINER) + 2.0).astype(int)
+    inside = cv2.fillPoly(np.zeros((rows, cols), np.uint8), [fine], 1, lineType=cv2.LINE_8, shift=SHIFT_BITS)
+    pieces, _ = cv2.findContours(inside, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
+    largest = max(pieces, key=cv2.contourArea)
+    return np.asarray(cv2.approxPolyDP(largest, TOLERANCE_PX * FINER, True)[:, 0] / FINER + first, dtype=np.float64)
 
 
 def _finite(points: Array) -> Array:

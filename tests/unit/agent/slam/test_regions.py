@@ -56,7 +56,8 @@ def test_nothing_is_known_with_two_corners_or_with_those_of_others() -> None:
 def test_a_region_without_area_is_left_out() -> None:
     u, v = (int(place) for place in VIEW.nadir_px)
     for compact in (True, False):
-        borders = Borders([np.array([[u, v - 40], [u + 1, v - 40]], np.int32)], [compact], np.zeros(VIEW.range_m.shape, np.uint8))
+        border = np.array([[u, v - 40], [u + 1, v - 40]], np.int32)
+        borders = Borders([border], [compact], np.zeros(VIEW.range_m.shape, np.uint8), [border.astype(np.float64)])
         assert describe(borders, np.array([LABEL], np.int32), no_tracks(), VIEW, PROJECTION) == []
 
 

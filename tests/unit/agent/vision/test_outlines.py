@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 
 from agent.vision.outlines import MARGIN_PX, MOST_REGIONS, find_borders, floor_outlines, open_rings, signed_area
 from protocol.geometry import Array
-from tests.unit.agent.floor_worlds import VIEW, appearances, box, disc, seen, upright
+from tests.unit.agent.floor_worlds import PROJECTION, VIEW, appearances, box, disc, seen, upright
 
 NADIR = np.rint(VIEW.nadir_px).astype(int)
 
@@ -26,7 +26,7 @@ def ring(near_m: float, far_m: float) -> NDArray[np.uint8]:
 
 
 def outline_of(mask: NDArray[np.uint8]) -> Array:
-    (outline,) = floor_outlines(find_borders(mask, VIEW.nadir_px, 25.0), VIEW)
+    (outline,) = floor_outlines(find_borders(mask, VIEW.nadir_px, 25.0), VIEW, PROJECTION)
     return outline
 
 
@@ -79,7 +79,7 @@ def test_specks_are_dropped() -> None:
 def test_an_empty_mask_has_no_regions() -> None:
     borders = find_borders(squares(), VIEW.nadir_px, 25.0)
     assert len(borders) == 0
-    assert floor_outlines(borders, VIEW) == []
+    assert floor_outlines(borders, VIEW, PROJECTION) == []
     assert borders.near(np.array([[10.0, 10.0]])).tolist() == [0]
 
 
@@ -126,14 +126,14 @@ def test_a_corner_of_two_walls_keeps_its_bare_inside() -> None:
     walls = seen(upright(box(0.5, 1.2, 0.05), 0.0)) | seen(upright([(1.1, -0.05), (1.2, -0.05), (1.2, 0.9), (1.1, 0.9)], 0.0))
     borders = find_borders(walls, VIEW.nadir_px, 25.0)
     assert borders.compact == [False]
-    (outline,) = floor_outlines(borders, VIEW)
+    (outline,) = floor_outlines(borders, VIEW, PROJECTION)
     assert (turns(outline) < 0.0).any()
     assert signed_area(outline) == pytest.approx(0.7 * 0.1 + 0.1 * 0.85, rel=0.15)
 
 
 def test_every_region_has_its_outline_in_order() -> None:
     crate, post = seen(upright(box(0.6, 0.9, 0.2), 0.1)), seen(upright(disc(-0.7, 0.3, 0.05), 0.1))
-    first, second = floor_outlines(find_borders(crate | post, VIEW.nadir_px, 25.0), VIEW)
+    first, second = floor_outlines(find_borders(crate | post, VIEW.nadir_px, 25.0), VIEW, PROJECTION)
     assert first[:, 0].min() > 0.5
     assert second[:, 0].max() < -0.5
 
