@@ -8,7 +8,7 @@ What was learnt fades slowly, so that the model follows the room.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
@@ -30,7 +30,8 @@ SAMPLE_STEP_PX = 8  # the illumination is smooth: every eighth pixel tells all o
 LEARNING_REACH_IN_HEIGHTS = 1.3  # floor colours are learnt out to this distance from the robot
 SECTORS = 24  # directions that are counted apart
 SUPPORT = 0.35  # a colour near the floor's own, or a brightness, that is seen in this share of all directions is floor: light and stains
-FAR_SUPPORT, FAR_CHROMA = 0.6, 0.13  # and one so far from it in this share: a large box, or two things of one colour, have less
+FAR_SUPPORT = 0.6  # and one as far from it as this in this share: a large box, or two things of one colour, have less
+FAR_CHROMA, FAR_BRIGHTNESS = 0.13, 0.3
 FORGETTING = 0.15  # share of the newest picture in what is remembered
 
 CHROMA_BIN, CHROMA_BINS = 0.004, 80  # +-0.16 in the logarithm of a colour ratio
@@ -46,17 +47,22 @@ GRAIN_SHARE = 0.75  # of the range of learnt brightnesses: what exceeds them by 
 _CHROMA = CHROMA_BIN * (np.arange(CHROMA_BINS) - 0.5 * (CHROMA_BINS - 1))  # at the middle of each bin
 _FAR = np.minimum((_CHROMA[:, None] ** 2 + _CHROMA[None] ** 2) / FAR_CHROMA**2, 1.0)
 _NEEDED_SUPPORT = (SUPPORT + (FAR_SUPPORT - SUPPORT) * _FAR).astype(np.float32)  # (CHROMA_BINS, CHROMA_BINS)
+_LEVEL = BRIGHTNESS_BIN * (np.arange(BRIGHTNESS_BINS) - 0.5 * (BRIGHTNESS_BINS - 1))
+_NEEDED_BRIGHTNESS_SUPPORT = (SUPPORT + (FAR_SUPPORT - SUPPORT) * np.minimum((_LEVEL / FAR_BRIGHTNESS) ** 2, 1.0)).astype(np.float32)
 
 _FIRST_FIT_ROUNDS, _NEXT_FIT_ROUNDS = 8, 2
 _FIT_SCALE = np.array([0.10, 0.012, 0.012])  # residuals of brightness and colours at which a pixel counts half as floor
+COVERED_WEIGHT = 0.3  # in the fit, of what was covered a picture ago: a large thing must not bend the illumination towards itself
+LEAST_BARE = 0.2  # of what is near: with so much of it left bare, that alone tells how bright the floor is
 _RIDGE = 1e-2  # keeps the fit defined where large parts of the floor are hidden
 
 
 @dataclass(frozen=True, eq=False)
 class FloorColours:
-    """What is known of the floor's colours: the illumination's coefficients, and how widely each colour was seen."""
+    """What is known of the floor: the illumination's coefficients, how widely each colour was seen, and what things last covered of it."""
 
     illumination: Array  # (3, terms) brightness and the two colour ratios
+    covered: NDArray[np.bool_]  # (n,) of the sampled pixels
     chroma_support: Field  # (CHROMA_BINS, CHROMA_BINS) share of directions in which the colour was seen
     brightness_support: Field  # (BRIGHTNESS_BINS,)
 
@@ -90,7 +96,8 @@ class FloorRemoval:
         colour = (red * trust, blue * trust)
         dark, bright = _odd_brightness(brightness, colours.brightness_support)
         odd = _odd_colour(*colour, _known_colours(colours, CHROMA_MARGIN_BINS)) | _without_soft_shadows(dark, brightness) | bright
-        return self._grow(_without_specks(odd & self._view.valid), colour, colours), colours
+        mask = self._grow(_without_specks(odd & self._view.valid), colour, colours)
+        return mask, replace(colours, covered=mask[self._sampled].ravel() > 0)
 
     def _grow(self, sure: Mask, colour: tuple[Field, Field], colours: FloorColours) -> Mask:
         """Return what surely is no floor, together with what is likely none right beside it, small gaps closed."""
@@ -115,20 +122,23 @@ class FloorRemoval:
 
         Return the coefficients (3, terms) and the residuals (3, n). A pixel counts in all channels only as far as it fits in all of them.
         """
-        terms, near = self._terms, self._near
+        terms, near, usual = self._terms, self._near, self._weights
         if known is None:
             fit = np.zeros((3, terms.shape[1]))
             fit[:, 0] = median(samples[:, near])
             rounds = _FIRST_FIT_ROUNDS
         else:
             fit, rounds = known.illumination, _NEXT_FIT_ROUNDS
+            bare = near & ~known.covered  # beside a large thing most of what is near is not floor
+            near = bare if bare.sum() > LEAST_BARE * near.sum() else near
+            usual = usual * np.where(known.covered, COVERED_WEIGHT, 1.0)
         residuals = samples - fit @ terms.T
         residuals -= median(residuals[:, near])[:, None]  # a jump of exposure moves the whole floor at once
         ridge = _RIDGE * np.diag([0.0] + [1.0] * (terms.shape[1] - 1))
         for _ in range(rounds):
             spread = 1.4826 * median(np.abs(residuals[:, near]))
             scale = 2.0 * np.clip(spread, _FIT_SCALE, 3.0 * _FIT_SCALE)
-            weights = self._weights * np.prod(1.0 / (1.0 + (residuals / scale[:, None]) ** 2) ** 2, axis=0)
+            weights = usual * np.prod(1.0 / (1.0 + (residuals / scale[:, None]) ** 2) ** 2, axis=0)
             weighted = terms * weights[:, None]
             fit = np.linalg.solve(terms.T @ weighted + ridge, weighted.T @ samples.T).T
             residuals = samples - fit @ terms.T
@@ -146,10 +156,11 @@ class FloorRemoval:
         levels = _counts(level, sector, BRIGHTNESS_BINS)
         brightness = _support(levels, levels.sum(axis=1))
         if known is None:
-            return FloorColours(illumination, chroma, brightness)
+            return FloorColours(illumination, np.zeros(near.shape, np.bool_), chroma, brightness)
         keep = 1.0 - FORGETTING
         return FloorColours(
             illumination,
+            known.covered,
             np.maximum(chroma, keep * known.chroma_support + FORGETTING * chroma),
             np.maximum(brightness, keep * known.brightness_support + FORGETTING * brightness),
         )
@@ -225,7 +236,7 @@ def _odd_colour(red: Field, blue: Field, known: NDArray[np.bool_]) -> NDArray[np
 
 def _odd_brightness(brightness: Field, support: Field) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
     """Return where the brightness lies well below, and where well above the learnt range around the illumination, (rows, cols)."""
-    known = np.flatnonzero(support > SUPPORT)
+    known = np.flatnonzero(support > _NEEDED_BRIGHTNESS_SUPPORT)
     centre = BRIGHTNESS_BINS / 2.0
     low = min(0.0, (known[0] - centre + 1.0) * BRIGHTNESS_BIN) if known.size else 0.0
     high = max(0.0, (known[-1] - centre) * BRIGHTNESS_BIN) if known.size else 0.0

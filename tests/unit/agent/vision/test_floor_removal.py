@@ -90,6 +90,18 @@ def test_a_large_box_beside_the_robot_among_things_of_like_colour_is_no_floor(fl
     assert min(shares(view, seen, mask)[1].values()) > 0.8
 
 
+def test_a_white_box_on_a_grey_floor_is_not_lost_as_it_fills_more_and_more_of_the_view(removal: FloorRemoval, view: FloorView) -> None:
+    known: FloorColours | None = None
+    found = []
+    for left_m in np.linspace(1.0, 0.3, 14):
+        box = Box(POSE.x_m, POSE.y_m + float(left_m), POSE.theta_rad, 0.6, 0.25, 0.21, (250.0, 250.0, 250.0))
+        seen = render("grid", POSE, (box, DARK), SHADOWS)
+        mask, known = look(removal, view, seen, known)
+        found.append(shares(view, seen, mask)[1][1])
+    assert found[-1] > 0.6  # all but the sides that are as grey as the floor
+    assert found[-1] > found[-4]
+
+
 def test_a_floor_whose_colour_drifts_stays_floor(removal: FloorRemoval, view: FloorView) -> None:
     known: FloorColours | None = None
     for step in range(12):
