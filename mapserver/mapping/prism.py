@@ -18,6 +18,7 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
+from mapserver.mapping.carving import carved
 from mapserver.mapping.raster import SHIFT_BITS, corners_of, fill
 from mapserver.mapping.silhouette import Extent, Silhouette, shrink
 from protocol.geometry import Array
@@ -31,8 +32,8 @@ MARGIN_M = WALL_M + 0.01  # of the raster around all that is drawn
 THINNEST = np.ones((3, 3), np.uint8)  # 1.5 cm: what is left thinner between bare floor is no part of a thing
 LEAST_WIDTH_SHARE = 0.35  # of the widest view: what shows less is no view of the whole thing
 MOST_WIDTH_SHARE, WIDE_M = 2.0, 0.4  # of the base line's length: a wider view shows something else as well, unless it is no wider than this
-MOST_BARE_SHARE = 0.4  # of what a thing and its base line enclose; with more of it they are not one
 LEAST_BASE_CELLS = 15  # fewer are no base line
+BASE_WORTH = 8.0  # of a cell of the base line, in cells that only look to be part of the thing, or not
 NEAR_BASE = np.ones((9, 9), np.uint8)  # 2 cm to all sides
 LEAST_SQUARE_HEIGHT, MOST_SQUARE_HEIGHT = 0.02, 0.7  # that a thing of unknown height may have [camera heights]
 MOST_DEPTH = 2.0  # of a thing, along the line of sight, in its widths: what looks deeper is higher than was told, or two things
@@ -97,7 +98,9 @@ def footprint(views: Sequence[Silhouette], height_m: float | None, ground: Groun
     if height_m is not None and len(base_m) and not (agreed & (cv2.dilate(base_line, NEAR_BASE) > 0)).any():
         return footprint(views, None, ground)
     bare = _bare(ground, agreed.shape, origin)
-    base = _outlined(_on_ground(agreed, bare, base_m, base_line), base_line, bare, origin)
+    kept = _on_ground(agreed, bare, base_m, base_line)
+    worth = kept + (BASE_WORTH - 1.0) * base_line.astype(np.float32) - (bare & ~kept)
+    base = _hull(carved(worth.astype(np.float32)), origin)
     centre_m = shapely.get_coordinates(shapely.centroid(base))[0]
     return Footprint(base, centre_m, _second_moments(_centres(votes, origin) - centre_m))
 
@@ -192,18 +195,6 @@ def _on_ground(agreed: NDArray[np.bool_], bare: NDArray[np.bool_], base_m: Array
         kept = (kept & (away_m < max(length_m, SMALL_M))) if length_m < LONG_M else (kept | ((away_m < WALL_M) & ~bare))
         kept |= base_line > 0
     return kept if kept.any() else agreed
-
-
-def _outlined(mask: NDArray[np.bool_], base_line: NDArray[np.uint8], bare: NDArray[np.bool_], origin: Array) -> shapely.Polygon:
-    """Return the convex hull of a mask's largest piece and the base line; without that where they are large and enclose much bare floor."""
-    contours, _ = cv2.findContours(mask.view(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_SIMPLE)
-    largest = max(contours, key=cv2.contourArea)[:, 0]
-    corners = cv2.convexHull(np.vstack([largest, np.argwhere(base_line)[:, ::-1]]).astype(np.int32)).reshape(-1, 2)
-    inside = cv2.fillConvexPoly(np.zeros(mask.shape, np.uint8), corners, 1) > 0
-    is_large = float(np.hypot(*np.ptp(corners, axis=0))) * RASTER_M > LONG_M
-    if is_large and (inside & bare).sum() > MOST_BARE_SHARE * inside.sum():
-        corners = cv2.convexHull(largest).reshape(-1, 2)
-    return _hull(np.asarray(corners, np.int64), origin)
 
 
 def _hull(corners: NDArray[np.int_], origin: Array) -> shapely.Polygon:

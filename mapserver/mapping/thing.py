@@ -67,7 +67,7 @@ class Thing:
 
     def add(self, views: Sequence[Silhouette], heights: Sequence[SeenHeight]) -> None:
         """Keep those views that are among the best from their side; where that changes anything, the shape is stale."""
-        best = _best_of_each_side(self.views, views)
+        best = _best_of_each_side(self.views, views, self.shape.centre_m)
         better = any(view not in self.views for view in best)
         self.views = best
         self.heights = heapq.nlargest(MOST_HEIGHTS, [*self.heights, *heights], key=lambda seen: seen.weight)
@@ -109,13 +109,13 @@ class Thing:
         return np.asarray(self.shape.disagreement + LEAST_CENTRE_SIGMA_M**2 * np.eye(2) + min(placed, key=np.trace))
 
 
-def _best_of_each_side(kept: Sequence[Silhouette], new: Sequence[Silhouette]) -> list[Silhouette]:
-    """Return the views that resolve a thing best, of those from each side of the newest outline as many as are kept.
+def _best_of_each_side(kept: Sequence[Silhouette], new: Sequence[Silhouette], centre_m: Array) -> list[Silhouette]:
+    """Return the views that resolve a thing best, of those from each side of the footprint's centre as many as are kept.
 
     A new view replaces one that is kept where it is clearly better, so that a robot that stands still changes nothing.
     """
     ranked = [(view.weight, view) for view in kept] + [(view.weight / CLEARLY_BETTER, view) for view in new]
-    towards = np.array([view.eye_m for _, view in ranked]) - ranked[-1][1].centre_m
+    towards = np.array([view.eye_m for _, view in ranked]) - centre_m
     sides: defaultdict[int, list[tuple[float, Silhouette]]] = defaultdict(list)
     for side, item in zip(np.floor(np.arctan2(towards[:, 1], towards[:, 0]) / (2.0 * np.pi) * DIRECTION_BINS), ranked, strict=True):
         sides[int(side)].append(item)
