@@ -16,6 +16,7 @@ from mapserver.formation.trail import STEP_M, Reference, sample
 from protocol.geometry import Array, Pose2
 
 NEAR_M, FAR_M = 0.05, 0.15  # a robot's distance from its reference at which the formation slows down, and at which it waits
+BETWEEN_M, CLOSING = 0.025, 0.2  # between a reference and where another robot is: nearer, none goes on towards it; of the leader's way
 BRAKING_M_S2 = 0.3
 REVIEW_EVERY_STEPS = 5
 WORTH_SHARE, WORTH_M = 0.85, 0.2  # a new way has to cost less than this share of the old one's, and less by so much
@@ -109,8 +110,18 @@ class Driving:
         off_m = {name: math.dist(references[name].arena_from_body[:2], pose[:2]) for name, pose in poses.items() if name in references}
         worst = max(off_m, key=lambda name: off_m[name], default="")
         share = float(np.clip((FAR_M - off_m.get(worst, 0.0)) / (FAR_M - NEAR_M), 0.0, 1.0))
-        self.waits_for = worst if share == 0.0 else ""
-        return share
+        self.waits_for = worst if share == 0.0 else self._closed_up_on(poses)
+        return 0.0 if self.waits_for else share
+
+    def _closed_up_on(self, poses: Mapping[str, Pose2]) -> str:
+        """Return who stands where another one's reference would go on to; nobody, "", where all have room."""
+        now, soon = (self.plan.references(self.arc_m + ahead_m, 0.0) for ahead_m in (0.0, STEP_M))
+        for name, reference in now.items():
+            for other, pose in poses.items():
+                apart_m, then_m = (math.dist(each.arena_from_body[:2], pose[:2]) for each in (reference, soon[name]))
+                if other != name and apart_m < 2.0 * self._body.radius_m + BETWEEN_M and then_m < apart_m - CLOSING * STEP_M:
+                    return other
+        return ""
 
     def _mend(self, cost_map: CostMap) -> None:
         """Change the plan where the map, as it is now, asks for that."""

@@ -1,0 +1,54 @@
+"""The formation under way waits for whoever cannot follow, or stands where another one would go."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from mapserver.formation.costmap import CostMap, cost_map
+from mapserver.formation.driving import BETWEEN_M, Driving
+from mapserver.formation.floor import Bounds, Floor
+from mapserver.formation.follow import Body, make_plan
+from mapserver.formation.trail import STEP_M, Lane
+from protocol.geometry import Pose2
+from protocol.messages import FREE
+
+BODY = Body(0.075, 0.15, 0.3)
+TRAIL = Lane.through(np.stack([np.arange(0.2, 3.8, STEP_M), np.full(360, 1.5)], axis=1))
+COLUMN = np.array([[0.26, 0.0], [0.5, 0.0]])
+ARC_M, STEP_S = 1.0, 0.1
+
+
+def open_floor() -> CostMap:
+    return cost_map(Floor(np.full((300, 400), FREE, np.uint8), np.zeros(2), 0.01), Bounds(0.0, 0.0, 4.0, 3.0), TRAIL.points_m[:1], [])
+
+
+def begun() -> tuple[Driving, dict[str, Pose2]]:
+    """Return a column of three that is about to drive, and where its robots are: in their places."""
+    drive = Driving(make_plan(TRAIL, ARC_M, ("r1", "r2", "r3"), COLUMN, BODY, open_floor(), (3.6, 1.5)), ARC_M, BODY)
+    return drive, {name: reference.arena_from_body for name, reference in drive.plan.references(ARC_M, 0.0).items()}
+
+
+def test_it_sets_out_when_everybody_is_in_its_place() -> None:
+    drive, poses = begun()
+    drive.step(STEP_S, poses, open_floor())
+    assert not drive.is_at_rest()
+    assert drive.waits_for == ""
+
+
+@pytest.mark.parametrize(("apart_m", "waits"), [(0.15 + BETWEEN_M - 0.005, True), (0.15 + BETWEEN_M + 0.01, False)])
+def test_nobody_is_led_into_a_robot_that_stands_close_before_it(apart_m: float, waits: bool) -> None:
+    drive, poses = begun()
+    poses["r1"] = Pose2(poses["r2"].x_m + apart_m, 1.5, 0.0)
+    drive.step(STEP_S, poses, open_floor())
+    assert drive.waits_for == ("r1" if waits else "")
+    assert drive.is_at_rest() == waits
+
+
+def test_a_robot_that_is_close_behind_holds_up_nobody() -> None:
+    drive, poses = begun()
+    poses |= {"r2": Pose2(poses["r2"].x_m - 0.09, 1.5, 0.0), "r3": Pose2(poses["r3"].x_m + 0.065, 1.5, 0.0)}
+    assert poses["r2"].x_m - poses["r3"].x_m < 0.15 + BETWEEN_M
+    drive.step(STEP_S, poses, open_floor())
+    assert drive.waits_for == ""
+    assert not drive.is_at_rest()
