@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 from functools import partial
 
 import cv2
@@ -21,7 +20,7 @@ from agent.slam.regions import describe
 from agent.slam.robot_watch import RobotWatch
 from agent.view import View, make_view
 from agent.vision.depth_steps import cut_at_depth_steps
-from agent.vision.edges import located_edges
+from agent.vision.edges import located
 from agent.vision.floor_patch import FloorPatch
 from agent.vision.floor_removal import FloorColours, FloorRemoval
 from agent.vision.floor_view import Picture, make_floor_view
@@ -84,7 +83,7 @@ class FullMethod:
         with stage("labels"):
             parted = cut_at_depth_steps(open_rings(mask, self._floor_view), self._floor_view, DEPTH_STEP_IN_HEIGHTS * self._height_m)
             rough = find_borders(parted, self._floor_view.nadir_px, LEAST_REGION_PX)
-            borders = replace(rough, edges=located_edges(rough.pixels, parted, self._floor_view, reduced))
+            borders = located(rough, parted, self._floor_view, reduced)
             labels = self._corners.label(borders, motion.odom_from_body)
             regions = describe(borders, labels, self._corners.tracks, self._floor_view, self._projection)
         with stage("robots"):

@@ -28,6 +28,7 @@ NEAR_SHARE = 0.25  # of a region's depth: corners this near to its near border b
 LEAST_OUTLINE_POINTS = 3
 LEAST_BASE_SHARE = 0.6  # of the border's range, at which its base may lie: the border is then at 0.4 camera heights
 MARK_REACH, MARK_WIDTH, MARK_HEIGHT = 1.0, 0.1, 0.25  # of the camera's height: so near a floor's grain shows, so narrow and low as things
+STREAK_WIDTH, STREAK_HEIGHT = 0.04, 0.5  # and what is narrower than this would be as tall
 AFLOAT_SLOPE = -0.1  # corners with a slope below this stand a tenth of the camera's height above the floor, and more
 
 
@@ -133,7 +134,8 @@ def _is_mark(outline: Array, eye: Array, rig: Rig) -> bool:
     ahead = away.mean(axis=0) / np.hypot(*away.mean(axis=0))
     width = np.ptp(away @ np.array([-ahead[1], ahead[0]]))
     is_near = reach.max() < MARK_REACH * rig.camera_height_m
-    return bool(is_near and width < MARK_WIDTH * rig.camera_height_m and 1.0 - reach.min() / reach.max() < MARK_HEIGHT)
+    tallest = STREAK_HEIGHT if width < STREAK_WIDTH * rig.camera_height_m else MARK_HEIGHT
+    return bool(is_near and width < MARK_WIDTH * rig.camera_height_m and 1.0 - reach.min() / reach.max() < tallest)
 
 
 def _down_to_floor(outline: Array, eye: Array, corners: Corners, least_range_m: float) -> Array:

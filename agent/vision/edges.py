@@ -6,47 +6,49 @@ At every border pixel the picture is read along the border's normal, and the edg
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from dataclasses import replace
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from agent.vision.floor_view import FloorView, Picture
+from agent.vision.outlines import Borders
 from protocol.geometry import Array
 
 Mask = NDArray[np.uint8]
 
-OUTSIDE_PX, INSIDE_PX = 2, 9  # of the border, that are read along its normal
+OUTSIDE_PX, INSIDE_PX = 2, 5  # of the border, that are read along its normal
 STEPS_PX = np.arange(OUTSIDE_PX, -INSIDE_PX - 1, -1).astype(np.float64)  # from the floor into the thing
-MOST_INWARD_PX = 6.0  # that the edge can lie inside the border
+MOST_INWARD_PX = 4.0  # that the edge can lie inside the border
 NORMAL_BLUR_PX = 7  # over which the direction of a border is told
 LONG_PX = 250  # of a border with more pixels every second one is enough
 ALONG, STEADY = 5, 5  # of these, over which the floor's grain is averaged, and the edge goes on without leaps
 BESIDE_PX = 4.0  # of a border that has floor beside it; a cut is narrower
-LEAST_CONTRAST = 12.0  # grey levels, all channels together: less is no edge
-USUAL_INWARD_PX = 3.0  # where there is none
+LEAST_CONTRAST = 40.0  # grey levels, all channels together: less is no edge to rely on
+USUAL_INWARD_PX = 1.0  # where there is none
 
 
-def located_edges(borders: Sequence[NDArray[np.int32]], not_floor: Mask, view: FloorView, reduced: Picture) -> list[Array]:
-    """Return for each border, (m, 2) u, v [view px], where the edge lies beside its pixels, or every second of them, (n, 2) [view px].
+def located(borders: Borders, not_floor: Mask, view: FloorView, reduced: Picture) -> Borders:
+    """Return the borders of a mask, (rows, cols), with their edges where they lie in the picture `reduced`, BGR, (rows, cols, 3).
 
-    `not_floor` is the mask, (rows, cols), whose borders they are, in the picture `reduced`, BGR, (rows, cols, 3). Where a border lies at
-    the rim of what can be judged, or along a cut between two things, its pixels stay where they are.
+    Where a border lies at the rim of what can be judged, or along a cut between two things, its pixels stay where they are; so do those of
+    a small region that is not compact: a thing of which parts look like the floor has changes of colour all over it.
     """
-    if not borders:
-        return []
-    thinned = [border[:: 2 if len(border) > LONG_PX else 1] for border in borders]
+    told = [compact or len(border) > LONG_PX for border, compact in zip(borders.pixels, borders.compact, strict=True)]
+    thinned = [border[:: 2 if len(border) > LONG_PX else 1] for border, tell in zip(borders.pixels, told, strict=True) if tell]
+    if not thinned:
+        return borders
     pixels = np.concatenate(thinned)
     outward = _outward(pixels, not_floor)
     lines = pixels[:, None] + STEPS_PX[:, None] * outward[:, None]  # (m, steps, 2)
     across, down = np.ascontiguousarray(lines.transpose(2, 0, 1), np.float32)
     colours = np.asarray(cv2.remap(reduced, across, down, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE), np.uint8)
-    beside_floor = _beside_floor(pixels + BESIDE_PX * outward, not_floor, view)
-    ends = np.cumsum([len(border) for border in thinned])[:-1]
     inside = np.asarray(cv2.remap(not_floor, across, down, cv2.INTER_NEAREST, borderMode=cv2.BORDER_REPLICATE), np.uint8)
+    beside_floor = _beside_floor(pixels + BESIDE_PX * outward, not_floor, view)
     shifts_px = np.minimum(_inward_px(colours), _most_inward_px(inside)) * beside_floor
-    return np.split(pixels - shifts_px[:, None] * outward, ends)
+    parts = iter(np.split(pixels - shifts_px[:, None] * outward, np.cumsum([len(border) for border in thinned])[:-1]))
+    return replace(borders, edges=[next(parts) if tell else edge for tell, edge in zip(told, borders.edges, strict=True)])
 
 
 def _outward(pixels: NDArray[np.int32], not_floor: Mask) -> Array:

@@ -24,7 +24,7 @@ from mapserver.mapping.silhouette import Extent, Silhouette, shrink
 from protocol.geometry import Array
 
 RASTER_M = 0.005  # cells in which views vote
-MAJORITY = 0.65  # of the most votes that any cell has makes a cell part of the footprint; things that touch make outlines too large
+MAJORITY = 0.72  # of the most votes that any cell has makes a cell part of the footprint; things that touch make outlines too large
 LEAST_AGREED = 0.5  # of the area of a typical single vote
 SMALL_M = 0.15  # what is no deeper need not have a base line as long
 LONG_M, WALL_M = 0.6, 0.15  # a base line as long is that of a wall, which goes on behind it for at least this
