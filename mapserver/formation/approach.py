@@ -17,7 +17,7 @@ from protocol.geometry import Array, Pose2, wrap_angle
 HELD_M, HELD_RAD = 0.02, 0.08  # so near to its slot a robot holds it
 SHORT_M = 0.12  # a way so short is driven straight
 MARGIN_M, WISHED_M = 0.03, 0.12
-BETWEEN_M = 0.08  # between the bodies of two robots
+BETWEEN_M = 0.065  # between the bodies of two robots
 CRUISE_M_S, MOST_TURN_RAD_S = 0.15, 1.2
 TURN_ACCELERATION_RAD_S2 = 2.5
 AWAY_M, AWAY_RAD = 0.08, 0.4  # a robot that is further from its reference is waited for

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
 from mapserver.formation.costmap import CostMap, Disc, cost_map
 from mapserver.formation.driving import Driving
-from mapserver.formation.follow import Body
+from mapserver.formation.follow import TIGHT_SIDE_M, Body
 from mapserver.formation.forming import Start, form_up
 from mapserver.formation.gathering import Gathering
 from mapserver.formation.mission import Exploration, Goal, GoalList, Mission
@@ -127,7 +128,7 @@ class FormationController:
                     self._rest(f"no way to its slot for {', '.join(activity.missing())}")
                 elif activity.is_done():
                     self._unfit.clear()
-                    self._activity = Driving(activity.plan, activity.arc_m, self._body)
+                    self._activity = Driving(activity.plan, activity.arc_m, activity.body)
             case Driving():
                 self._end_drive(activity, members_changed, goal, scene)
             case None:
@@ -152,23 +153,28 @@ class FormationController:
         self._activity, self._pause_s, self._trouble = None, SETTLE_S, trouble
 
     def _form_up(self, moment: Moment, goal: Goal, scene: CostMap) -> None:
-        """Begin to gather behind the leader that makes least work of it."""
+        """Begin to gather behind the leader that makes least work of it, on a tight way where there is no other."""
+        for body in (self._body, replace(self._body, side_m=TIGHT_SIDE_M)):
+            best = self._best_start(moment, goal, scene, body)
+            if best is not None:
+                self._leader, self._trouble, self._stood_m = best.plan.leader, "", None
+                self._is_led_on = True
+                self._activity = Gathering(best.plan, best.arc_m, moment.poses, body)
+                return
+        self._mission.give_up()
+        self._trouble, self._pause_s = f"no way to ({goal[0]:.2f}, {goal[1]:.2f})", RETRY_S
+
+    def _best_start(self, moment: Moment, goal: Goal, scene: CostMap, body: Body) -> Start | None:
+        """Return the start that makes least work, with whoever leads already where that is little; None where there is none."""
         started: list[Start] = []
-        from_goal = Reach(scene, np.array(goal), berth_of(self._body))
+        from_goal = Reach(scene, np.array(goal), berth_of(body))
         leaders = self._leaders(moment, from_goal)
         for leader in leaders:
-            start = form_up(moment.poses, leader, goal, from_goal, self._task.shape, self._body, scene, self._stood_m)
+            start = form_up(moment.poses, leader, goal, from_goal, self._task.shape, body, scene, self._stood_m)
             started += [] if start is None else [start]
             if start is not None and start.effort_m < CHANGE_M:
                 break
-        if started:
-            best = min(started, key=lambda start: (start.plan.leader in self._unfit, self._effort_m(start, leaders[0])))
-            self._leader, self._trouble, self._stood_m = best.plan.leader, "", None
-            self._is_led_on = True
-            self._activity = Gathering(best.plan, best.arc_m, moment.poses, self._body)
-            return
-        self._mission.give_up()
-        self._trouble, self._pause_s = f"no way to ({goal[0]:.2f}, {goal[1]:.2f})", RETRY_S
+        return min(started, key=lambda start: (start.plan.leader in self._unfit, self._effort_m(start, leaders[0])), default=None)
 
     @staticmethod
     def _effort_m(start: Start, leader: str) -> float:

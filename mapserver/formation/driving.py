@@ -8,7 +8,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from mapserver.formation.costmap import CostMap
-from mapserver.formation.follow import STOP_BEFORE_M, Body, Plan, meets_from_m
+from mapserver.formation.follow import STOP_BEFORE_M, Body, Plan, meets_from_m, sides_m
 from mapserver.formation.onward import LOOKAHEAD_M, berth_of, go_on, narrowed_anew
 from mapserver.formation.planning import Reach, cost_of_way
 from mapserver.formation.speeds import ACCELERATION_M_S2
@@ -20,7 +20,8 @@ BETWEEN_M, CLOSING = 0.025, 0.2  # between a reference and where another robot i
 BRAKING_M_S2 = 0.3
 REVIEW_EVERY_STEPS = 5
 WORTH_SHARE, WORTH_M = 0.85, 0.2  # a new way has to cost less than this share of the old one's, and less by so much
-PATIENCE_S = 3.0  # a formation that is held up for so long forms up anew from where its robots are
+WAITING_S, PATIENCE_S = 3.0, 1.0  # held up for so long by a robot, or by a thing, a formation forms up anew from where its robots are
+TURNING_M = 0.35  # before what stands in the leader's own way it stops, while there is room to turn
 ARRIVED_M = 0.27
 AT_REST_M_S = 1e-3
 
@@ -75,7 +76,8 @@ class Driving:
 
     def is_over(self) -> bool:
         """Tell whether there is nothing more to drive: it stands, at the end, for good, or because it is held up."""
-        return self.is_at_rest() and (self._is_braking or self.is_at_end() or self._held_s > PATIENCE_S)
+        patience_s = WAITING_S if self.waits_for else PATIENCE_S
+        return self.is_at_rest() and (self._is_braking or self.is_at_end() or self._held_s > patience_s)
 
     def is_at_rest(self) -> bool:
         """Tell whether the references stand still."""
@@ -136,16 +138,21 @@ class Driving:
 
     def _avoid(self, cost_map: CostMap) -> None:
         """Let followers give way; where the leader itself cannot go on, take another way, or stop while there is room to turn."""
-        ahead_m = self.plan.trail.points_m[int(self.arc_m / STEP_M) :]
-        fits = bool((cost_map.clearance_m(ahead_m) >= berth_of(self._body).least_m - STEP_M).all())
-        plan = narrowed_anew(self.plan, self.arc_m, self._body, cost_map) if fits else None
+        free_m = self._leader_free_m(cost_map)
+        plan = narrowed_anew(self.plan, self.arc_m, self._body, cost_map) if free_m == math.inf else None
         if plan is None or self._clear_until(plan, cost_map) <= self._clear_m:
             plan = go_on(self.plan, self.arc_m, self.plan.goal_m, self._body, cost_map)
         if plan is not None and self._clear_until(plan, cost_map) > self._clear_m:
             self._take(plan)
             self._clear_m = plan.clear_until_m(self.arc_m, self._body.radius_m, cost_map)
-        elif not fits:
+        elif free_m < TURNING_M:
             self.brake()
+
+    def _leader_free_m(self, cost_map: CostMap) -> float:
+        """Return how far ahead of the leader its own way is free, infinity where it is free to its end."""
+        ahead_m = self.plan.trail.points_m[int(self.arc_m / STEP_M) :]
+        near = cost_map.too_near(ahead_m, self._body.radius_m + sides_m(STEP_M * np.arange(len(ahead_m))))
+        return STEP_M * float(np.argmax(near)) if near.any() else math.inf
 
     def _review(self, cost_map: CostMap) -> None:
         """Take another way where that is much better by now."""

@@ -7,8 +7,10 @@ stopped anywhere keeps its shape, and no reference ever jumps.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mapserver.formation.costmap import CostMap
 from mapserver.formation.falling_in import Spacing, backs_along, closest_along
@@ -17,9 +19,11 @@ from mapserver.formation.speeds import speeds_along
 from mapserver.formation.trail import STEP_M, Lane, Reference, sample
 from protocol.geometry import Array
 
+USUAL_SIDE_M, TIGHT_SIDE_M = 0.035, 0.023  # that the leader's way is planned with; tight where no other way leads to the goal
 LEAST_SIDE_M = 0.02  # between bodies and things; what comes nearer, stops the plan there
 STEADY_TURN, STEADY_REACH_M = 2.0, 0.1  # [rad/m] the most that a steady leader's trail bends, so far around it
-NEAR_M, NEAR_SIDE_M = 0.15, 0.01  # what has turned out so much nearer just ahead does not stop it: there it is too late to give way
+LOOSE_SIDE_M = 0.01  # what has turned out so near does not stop the plan ...
+NEAR_M, FAR_M = 0.15, 0.6  # ... nearer than this, where it is too late to give way, and farther, where the map knows no better yet
 SIGHT_M = 1.5  # ahead of the leader that is checked again in every step
 STOP_BEFORE_M = 0.05
 MEETING_M = 0.015  # robots may come so much nearer than planned
@@ -81,12 +85,17 @@ class Plan:
         """
         count = len(self.trail.points_m)
         ahead_m = STEP_M * np.arange(int(arc_m / STEP_M), min(int((arc_m + SIGHT_M) / STEP_M) + 1, count))
-        least_m = np.where(ahead_m - arc_m < NEAR_M, NEAR_SIDE_M, LEAST_SIDE_M) + radius_m
+        least_m = sides_m(ahead_m - arc_m) + radius_m
         touching = np.zeros(len(ahead_m), dtype=bool)
         for number in range(len(self.names)):
             arcs_m = ahead_m - sample(self.backs_m[number - 1], ahead_m) if number else ahead_m
             touching |= cost_map.too_near(sample(self.lanes[number].points_m, arcs_m), least_m)
         return float(ahead_m[np.argmax(touching)]) if touching.any() else self.trail.length_m
+
+
+def sides_m(ahead_m: NDArray[Any]) -> Array:
+    """Return how much must be left, (n,) [m], between a body and things that are so far ahead of the leader, (n,)."""
+    return np.asarray(np.where((ahead_m > NEAR_M) & (ahead_m < FAR_M), LEAST_SIDE_M, LOOSE_SIDE_M))
 
 
 @dataclass(frozen=True)
@@ -96,6 +105,7 @@ class Body:
     radius_m: float
     cruise_m_s: float
     most_m_s: float
+    side_m: float = USUAL_SIDE_M  # between the leader's body and things, at least, where it plans its way
 
     @property
     def spacing(self) -> Spacing:

@@ -8,8 +8,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from mapserver.formation.approach import approach
 from mapserver.formation.assignment import assign, total_distance_m
-from mapserver.formation.costmap import CostMap
+from mapserver.formation.costmap import CostMap, Disc
 from mapserver.formation.falling_in import column_backs
 from mapserver.formation.follow import LEAST_SIDE_M, Body, Plan, make_plan, meets_from_m
 from mapserver.formation.onward import NEAR_M, berth_of, ways_on
@@ -25,6 +26,8 @@ OTHER_TURNS_RAD = (0.0, 0.5, -0.5, 1.0, -1.0, 1.6, -1.6, 2.4, -2.4)
 SPARE_TAIL_M = 0.10
 TURNING_M_RAD = 0.1  # of way that a radian's turn on the spot is worth
 STOOD_M = 0.03  # a leader so near to the end of its old trail stands on it
+LITTLE_M, MOST_COMPARED = 0.4, 4  # of effort, with which no other start is looked for; starts that are compared
+HINDERED_M = 1.5  # of way that it counts as, where others stand in the way to a slot
 START_M = 0.2  # of the trail that have to be clear for a start
 BENT_TAILS, BENT_TRIED, BENT_COST = 48, 6, 2.0  # ways behind the leader that are compared, and tried; their cost a metre
 
@@ -66,20 +69,31 @@ def form_up(
     stood = [] if stood_m is None or math.dist(stood_m[-1], poses[leader][:2]) > STOOD_M else [stood_m]
     formed = plan_as_they_stand(poses, leader, (*stood, *straight), offsets, goal_m, from_goal, body, cost_map)
     if formed is not None:
-        return Start(*formed, _effort_m(*formed, poses))
+        return Start(*formed, _effort_m(*formed, poses, body, cost_map))
     stood_m = None if stood_m is None else stood_m[-round(length_m / STEP_M) - 1 :]
+    started: list[Start] = []
     for tail_m in _tails(poses[leader], list(followers.values()), route_m, backs_m, length_m, reach, stood_m):
         arc_m = (len(tail_m) - 1) * STEP_M
         for trail in ways_on(tail_m, from_goal, body, cost_map):
             plan = _manned(trail, arc_m, leader, followers, offsets, body, cost_map, goal_m)
             if _can_start(plan, arc_m, body, cost_map):
-                return Start(plan, arc_m, _effort_m(plan, arc_m, poses))
-    return None
+                started.append(Start(plan, arc_m, _effort_m(plan, arc_m, poses, body, cost_map)))
+                break
+        if started and (started[-1].effort_m < LITTLE_M or len(started) == MOST_COMPARED):
+            break
+    return min(started, key=lambda start: start.effort_m, default=None)
 
 
-def _effort_m(plan: Plan, arc_m: float, poses: Mapping[str, Pose2]) -> float:
-    ways = [reference.arena_from_body.between(poses[name]) for name, reference in plan.references(arc_m, 0.0).items()]
-    return sum(math.hypot(way.x_m, way.y_m) + TURNING_M_RAD * abs(way.theta_rad) for way in ways)
+def _effort_m(plan: Plan, arc_m: float, poses: Mapping[str, Pose2], body: Body, cost_map: CostMap) -> float:
+    """Return how far all have to go to their slots, round each other and round things, turns included."""
+    effort_m = 0.0
+    for name, reference in plan.references(arc_m, 0.0).items():
+        others = [Disc(np.array(pose[:2]), body.radius_m) for other, pose in poses.items() if other != name]
+        slot = reference.arena_from_body
+        way = approach(poses[name], slot, others, body.radius_m, cost_map)
+        effort_m += TURNING_M_RAD * abs(slot.between(poses[name]).theta_rad)
+        effort_m += HINDERED_M if way is None else 0.0 if way.lane is None else way.lane.length_m
+    return effort_m
 
 
 def _can_start(plan: Plan, arc_m: float, body: Body, cost_map: CostMap) -> bool:

@@ -25,7 +25,7 @@ class Gathering:
 
     def __init__(self, plan: Plan, arc_m: float, poses: Mapping[str, Pose2], body: Body) -> None:
         """Gather for a start with the leader at `arc_m`; robots that are not on their way stay where they are now."""
-        self.plan, self.arc_m, self._body = plan, arc_m, body
+        self.plan, self.arc_m, self.body = plan, arc_m, body
         slots = plan.references(arc_m, 0.0)
         self._slots = {name: slots[name].arena_from_body for name in plan.names}
         self._stands = {name: Reference(poses[name], 0.0, 0.0) for name in plan.names}
@@ -43,7 +43,7 @@ class Gathering:
         self._idle_s = 0.0 if self._ways or self.is_done() else self._idle_s + elapsed_s
         for name, way in list(self._ways.items()):
             self._stands[name] = way.advance(elapsed_s, poses[name])
-            if not way.is_clear(cost_map, self._body.radius_m):
+            if not way.is_clear(cost_map, self.body.radius_m):
                 self._turn_back(name, poses[name])
             elif way.is_done():
                 self._settle(name, elapsed_s, poses[name])
@@ -64,14 +64,14 @@ class Gathering:
     def _set_out(self, poses: Mapping[str, Pose2], cost_map: CostMap) -> None:
         """Send off whoever has a way that keeps clear of all others."""
         for name in sorted(self._missing, key=lambda name: math.dist(poses[name][:2], self._slots[name][:2])):
-            others = [Disc(np.array(poses[other][:2]), self._body.radius_m) for other in self.plan.names if other != name]
-            way = approach(poses[name], self._slots[name], others, self._body.radius_m, cost_map)
+            others = [Disc(np.array(poses[other][:2]), self.body.radius_m) for other in self.plan.names if other != name]
+            way = approach(poses[name], self._slots[name], others, self.body.radius_m, cost_map)
             if way is not None and self._keeps_clear(way.way_m()):
                 self._ways[name] = way
                 self._missing.remove(name)
 
     def _keeps_clear(self, way_m: Array) -> bool:
-        apart_m = 2.0 * self._body.radius_m + APART_M
+        apart_m = 2.0 * self.body.radius_m + APART_M
         return all(keeps_clear(way_m, other.way_m(), apart_m) for other in self._ways.values())
 
     def _turn_back(self, name: str, pose: Pose2) -> None:

@@ -15,7 +15,7 @@ from mapserver.formation.smoothing import smooth
 from mapserver.formation.trail import STEP_M, Lane
 from protocol.geometry import Array
 
-MARGIN_M, WISHED_M = 0.035, 0.30
+WISHED_M = 0.30
 SHARPEST_TURN, BEND_M = 1.0 / 0.10, 0.6  # [rad/m], in the next so many metres
 LOOKAHEAD_M = 0.12  # ahead of the leader, within which its trail stays as it is
 NEAR_M = 0.03  # a goal so near is reached
@@ -26,7 +26,7 @@ BENDS_TRIED = 4
 
 def berth_of(body: Body) -> Berth:
     """Return how far the leader keeps from things."""
-    return Berth(body.radius_m + MARGIN_M, body.radius_m + WISHED_M)
+    return Berth(body.radius_m + body.side_m, body.radius_m + WISHED_M)
 
 
 class _Bend(NamedTuple):
@@ -86,7 +86,7 @@ def _bends(kept_m: Array, reach: Reach, body: Body, cost_map: CostMap) -> Iterat
             for angle_rad in BEND_ANGLES_RAD:
                 turns = np.arange(1, round(radius_m * angle_rad / STEP_M) + 1)[:, None] * (STEP_M / radius_m)
                 points_m = kept_m[-1] + radius_m * (np.sin(turns) * ahead + (1.0 - np.cos(turns)) * left)
-                if cost_map.clearance_m(points_m).min() < body.radius_m + MARGIN_M:
+                if cost_map.clearance_m(points_m).min() < body.radius_m + body.side_m:
                     break
                 yield _Bend(reach.cost_to(points_m[-1]) + radius_m * angle_rad, points_m)
 
