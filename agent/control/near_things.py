@@ -17,7 +17,6 @@ from protocol.geometry import Array, Pose2
 from protocol.messages import LocalMap
 
 STATIC_S, MOVING_S = 20.0, 0.5  # how long something hidden is remembered
-RIM_M, SAME_RAD = 0.03, 0.2  # what is seen so near to the hidden floor, and in the same direction, goes on under it
 
 
 class KnownBorders(NamedTuple):
@@ -55,7 +54,7 @@ class NearThings:
             points, moving, labels = seen_borders(local_map, self._radius_m)
             seen = KnownBorders(odom_from_body.apply(points), moving, np.full(len(points), local_map.stamp_ns))
             lasting = seen.select(self._persistence.lasting(seen.points_m, labels))
-            hidden = self._hidden(odom_from_body, lasting, local_map)
+            hidden = self._hidden(odom_from_body, local_map.body_radius_m, local_map.stamp_ns)
             self._known = lasting.joined(thinned(hidden))  # newest first
 
     def around(self, odom_from_body: Pose2) -> Borders:
@@ -64,26 +63,11 @@ class NearThings:
         near = norms(points) < NEAR_M
         return Borders(points[near], self._known.moving[near])
 
-    def _hidden(self, odom_from_body: Pose2, seen: KnownBorders, local_map: LocalMap) -> KnownBorders:
-        """Return what is known and cannot be seen from here, and is not too old.
-
-        What moves grows old only where nothing reaches out from under the hidden floor any more: while something does, it is still there.
-        """
-        body_from_odom = odom_from_body.inverse()
-        places_m, seen_m = body_from_odom.apply(self._known.points_m), body_from_odom.apply(seen.points_m)
-        at_rim_m = seen_m[norms(seen_m) < local_map.body_radius_m + RIM_M]
-        is_there = self._known.moving & _in_direction_of(places_m, at_rim_m)
-        seen_ns = np.where(is_there, local_map.stamp_ns, self._known.seen_ns)
+    def _hidden(self, odom_from_body: Pose2, hidden_range_m: float, stamp_ns: int) -> KnownBorders:
+        """Return what is known and cannot be seen from here, and is not too old."""
+        ranges = norms(odom_from_body.inverse().apply(self._known.points_m))
         limits_ns = np.where(self._known.moving, 1e9 * MOVING_S, 1e9 * STATIC_S)
-        hidden = (norms(places_m) < local_map.body_radius_m) & (local_map.stamp_ns - seen_ns <= limits_ns)
-        return self._known._replace(seen_ns=seen_ns).select(hidden)
-
-
-def _in_direction_of(points_m: Array, others_m: Array) -> NDArray[np.bool_]:
-    """Tell which points, (n, 2) [m; body], lie in the direction of any of some others, (k, 2)."""
-    bearings, others = (np.arctan2(places_m[:, 1], places_m[:, 0]) for places_m in (points_m, others_m))
-    off = np.abs((bearings[:, None] - others[None] + np.pi) % (2.0 * np.pi) - np.pi)
-    return np.asarray((off < SAME_RAD).any(axis=1))
+        return self._known.select((ranges < hidden_range_m) & (stamp_ns - self._known.seen_ns <= limits_ns))
 
 
 def thinned(known: KnownBorders) -> KnownBorders:

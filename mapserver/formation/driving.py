@@ -17,6 +17,7 @@ from protocol.geometry import Array, Pose2
 
 NEAR_M, FAR_M = 0.05, 0.15  # a robot's distance from its reference at which the formation slows down, and at which it waits
 BETWEEN_M, CLOSING = 0.025, 0.2  # between a reference and where another robot is: nearer, none goes on towards it; of the leader's way
+BEHIND_M = 0.015  # its reference a robot is held up
 BRAKING_M_S2 = 0.3
 REVIEW_EVERY_STEPS = 5
 WORTH_SHARE, WORTH_M = 0.85, 0.2  # a new way has to cost less than this share of the old one's, and less by so much
@@ -76,7 +77,7 @@ class Driving:
 
     def is_over(self) -> bool:
         """Tell whether there is nothing more to drive: it stands, at the end, for good, or because it is held up."""
-        patience_s = WAITING_S if self.waits_for else PATIENCE_S
+        patience_s = PATIENCE_S if self.is_blocked() else WAITING_S
         return self.is_at_rest() and (self._is_braking or self.is_at_end() or self._held_s > patience_s)
 
     def is_at_rest(self) -> bool:
@@ -116,10 +117,11 @@ class Driving:
         return 0.0 if self.waits_for else share
 
     def _closed_up_on(self, poses: Mapping[str, Pose2]) -> str:
-        """Return who stands where another one's reference would go on to; nobody, "", where all have room."""
+        """Return who has fallen behind where another one's reference would go on to; nobody, "", where all have room."""
         now, soon = (self.plan.references(self.arc_m + ahead_m, 0.0) for ahead_m in (0.0, STEP_M))
+        behind = {name for name, pose in poses.items() if name in now and math.dist(now[name].arena_from_body[:2], pose[:2]) > BEHIND_M}
         for name, reference in now.items():
-            for other, pose in poses.items():
+            for other, pose in ((other, poses[other]) for other in sorted(behind)):
                 apart_m, then_m = (math.dist(each.arena_from_body[:2], pose[:2]) for each in (reference, soon[name]))
                 if other != name and apart_m < 2.0 * self._body.radius_m + BETWEEN_M and then_m < apart_m - CLOSING * STEP_M:
                     return other

@@ -65,16 +65,6 @@ def test_a_thing_is_remembered_once_the_own_body_hides_it() -> None:
     assert nearest(near, closer) == pytest.approx(0.15, abs=0.001)
 
 
-@pytest.mark.parametrize(("reaches_out", "remembered"), [(True, True), (False, False)])
-def test_a_robot_too_near_to_be_sighted_is_remembered_while_it_reaches_out(reaches_out: bool, remembered: bool) -> None:
-    near, hidden_m = NearThings(RADIUS_M), 0.2
-    near.see(local_map(0, sightings=[sighting(0.177, 0.0)], hidden_m=hidden_m))
-    outer_half = [region(box(0.25, 0.0, 0.09, 0.1))] if reaches_out else []
-    for step in range(1, 30):
-        near.see(local_map(100 * step, outer_half, hidden_m=hidden_m))
-    assert (nearest(near, Pose2.identity()) == pytest.approx(0.102, abs=0.005)) == remembered
-
-
 def test_a_thing_that_could_be_seen_and_is_not_is_gone() -> None:
     near = NearThings(RADIUS_M)
     near.see(local_map(0, [region(box(AHEAD_M, 0.0))]))
