@@ -9,6 +9,7 @@ What was learnt fades slowly, so that the model follows the room.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import cv2
 import numpy as np
@@ -45,10 +46,16 @@ DARKER, BRIGHTER = 0.25, 0.12  # least contrast to the learnt brightnesses that 
 GRAIN_SHARE = 0.75  # of the range of learnt brightnesses: what exceeds them by less is the grain of a floor that varies as much
 
 _CHROMA = CHROMA_BIN * (np.arange(CHROMA_BINS) - 0.5 * (CHROMA_BINS - 1))  # at the middle of each bin
-_FAR = np.minimum((_CHROMA[:, None] ** 2 + _CHROMA[None] ** 2) / FAR_CHROMA**2, 1.0)
-_NEEDED_SUPPORT = (SUPPORT + (FAR_SUPPORT - SUPPORT) * _FAR).astype(np.float32)  # (CHROMA_BINS, CHROMA_BINS)
 _LEVEL = BRIGHTNESS_BIN * (np.arange(BRIGHTNESS_BINS) - 0.5 * (BRIGHTNESS_BINS - 1))
-_NEEDED_BRIGHTNESS_SUPPORT = (SUPPORT + (FAR_SUPPORT - SUPPORT) * np.minimum((_LEVEL / FAR_BRIGHTNESS) ** 2, 1.0)).astype(np.float32)
+
+
+def _needed_support(far: NDArray[np.floating[Any]]) -> Field:
+    """Return the share of directions that make a colour floor, given how far it is from the floor's own: its square, 1 where it is far."""
+    return np.asarray(SUPPORT + (FAR_SUPPORT - SUPPORT) * np.minimum(far, 1.0), np.float32)
+
+
+_NEEDED_SUPPORT = _needed_support((_CHROMA[:, None] ** 2 + _CHROMA[None] ** 2) / FAR_CHROMA**2)  # (CHROMA_BINS, CHROMA_BINS)
+_NEEDED_BRIGHTNESS_SUPPORT = _needed_support((_LEVEL / FAR_BRIGHTNESS) ** 2)  # (BRIGHTNESS_BINS,)
 
 _FIRST_FIT_ROUNDS, _NEXT_FIT_ROUNDS = 8, 2
 _FIT_SCALE = np.array([0.10, 0.012, 0.012])  # residuals of brightness and colours at which a pixel counts half as floor

@@ -113,15 +113,15 @@ class Driving:
         off_m = {name: math.dist(references[name].arena_from_body[:2], pose[:2]) for name, pose in poses.items() if name in references}
         worst = max(off_m, key=lambda name: off_m[name], default="")
         share = float(np.clip((FAR_M - off_m.get(worst, 0.0)) / (FAR_M - NEAR_M), 0.0, 1.0))
-        self.waits_for = worst if share == 0.0 else self._closed_up_on(poses)
+        behind = {name: poses[name] for name in sorted(off_m) if off_m[name] > BEHIND_M}
+        self.waits_for = worst if share == 0.0 else self._closed_up_on(behind, references) if behind else ""
         return 0.0 if self.waits_for else share
 
-    def _closed_up_on(self, poses: Mapping[str, Pose2]) -> str:
+    def _closed_up_on(self, behind: Mapping[str, Pose2], references: Mapping[str, Reference]) -> str:
         """Return who has fallen behind where another one's reference would go on to; nobody, "", where all have room."""
-        now, soon = (self.plan.references(self.arc_m + ahead_m, 0.0) for ahead_m in (0.0, STEP_M))
-        behind = {name for name, pose in poses.items() if name in now and math.dist(now[name].arena_from_body[:2], pose[:2]) > BEHIND_M}
-        for name, reference in now.items():
-            for other, pose in ((other, poses[other]) for other in sorted(behind)):
+        soon = self.plan.references(self.arc_m + STEP_M, 0.0)
+        for name, reference in references.items():
+            for other, pose in behind.items():
                 apart_m, then_m = (math.dist(each.arena_from_body[:2], pose[:2]) for each in (reference, soon[name]))
                 if other != name and apart_m < 2.0 * self._body.radius_m + BETWEEN_M and then_m < apart_m - CLOSING * STEP_M:
                     return other

@@ -23,7 +23,8 @@ CLEARLY_BETTER = 1.1  # by so much more weight
 MOST_HEIGHTS = 150  # the best resolved count
 HEIGHT_STEP_M = 0.002  # a height that changes by less leaves the footprint as it is
 LEAST_VIEWS, LEAST_VIEWS_WITHOUT_BASE = 3, 4  # of a thing whose base line is on the map, and of one whose is not
-LEAST_TOLD_SHARE, SURE_BELIEF = 0.2, 1.0  # of a thing's views tell its height; what does so more seldom is a mixture, unless sure
+LEAST_TOLD_SHARE, ENOUGH_TOLD = 0.2, 5  # of a thing's views tell its height, or so many do: what does so more seldom is a mixture ...
+SURE_BELIEF = 1.0  # ... unless it is believed in so much
 GAIN = 0.4  # of belief, for one clear view
 MOST_BELIEF, SHOWN_BELIEF = 3.0, 0.3
 DISTANT_GAIN = 0.1  # what even a distant view adds
@@ -52,7 +53,7 @@ class Thing:
     def is_shown(self) -> bool:
         """Tell whether the thing belongs in the map."""
         known = self.height_m is not None and self.observations >= (LEAST_VIEWS if len(self.base_m) else LEAST_VIEWS_WITHOUT_BASE)
-        told = self.belief > SURE_BELIEF or len(self.heights) >= LEAST_TOLD_SHARE * self.observations
+        told = self.belief > SURE_BELIEF or len(self.heights) >= min(LEAST_TOLD_SHARE * self.observations, ENOUGH_TOLD)
         return known and told and self.belief > SHOWN_BELIEF and self.shape.base.area > LEAST_AREA_M2
 
     def border_m(self) -> Array:

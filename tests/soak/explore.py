@@ -7,16 +7,15 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from rich.box import MARKDOWN, SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
-from rich.text import Text
 
 from deploy.simulation_display import SimulationBar
 from deploy.unwinding import unwind_on_signals
 from protocol.errors import OmmatidiaError
 from sim.arena import SOAK
 from tests.soak.exploring import MOST_S, ExploredArena, explore_arena
+from tests.soak.table import empty_table
 
 KNOWN_SHARE = 0.98  # promised of the floor that a robot can reach
 
@@ -52,11 +51,7 @@ def _holds(result: ExploredArena) -> bool:
 
 
 def _table(results: Sequence[ExploredArena], markdown: bool) -> Table:
-    table = Table(
-        box=MARKDOWN if markdown else SIMPLE_HEAD, title=None if markdown else "Explored", title_justify="left", pad_edge=markdown
-    )
-    for column in ("seed", "robots", "home", "time [s]", "collisions", "known [%]", ""):
-        table.add_column(Text(column), justify="right")
+    table = empty_table("Explored", ("seed", "robots", "home", "time [s]", "collisions", "known [%]", ""), markdown)
     for result in results:
         table.add_row(
             str(result.seed),

@@ -61,11 +61,18 @@ PROMISES = (
 # fmt: on
 
 
+def empty_table(title: str, columns: Sequence[str], markdown: bool) -> Table:
+    """Return a table without rows; as Markdown it has no title. Columns are flush right, but for "what"."""
+    table = Table(box=MARKDOWN if markdown else SIMPLE_HEAD, title=None if markdown else title, title_justify="left", pad_edge=markdown)
+    for column in columns:
+        table.add_column(Text(column), justify="left" if column == "what" else "right")
+    return table
+
+
 def results_table(results: Sequence[ArenaResult], markdown: bool) -> Table:
     """Return a row for every arena."""
-    table = Table(box=MARKDOWN if markdown else SIMPLE_HEAD, title=None if markdown else "Arenas", title_justify="left", pad_edge=markdown)
-    for column in ("seed", "robots", "goal", "time [s]", "collisions", "path", "steady", "avoiding", "restored [s]", "recall", "invented"):
-        table.add_column(Text(column), justify="right")
+    columns = ("seed", "robots", "goal", "time [s]", "collisions", "path", "steady", "avoiding", "restored [s]", "recall", "invented")
+    table = empty_table("Arenas", columns, markdown)
     for result in results:
         table.add_row(
             str(result.seed),
@@ -83,9 +90,7 @@ def results_table(results: Sequence[ArenaResult], markdown: bool) -> Table:
 
 def promises_table(results: Sequence[ArenaResult], markdown: bool) -> Table:
     """Return what was promised over all arenas, and whether it holds."""
-    table = Table(box=MARKDOWN if markdown else SIMPLE_HEAD, title=None if markdown else "Bounds", title_justify="left", pad_edge=markdown)
-    for column in ("what", "figure", "bound", ""):
-        table.add_column(Text(column), justify="left" if column == "what" else "right")
+    table = empty_table("Bounds", ("what", "figure", "bound", ""), markdown)
     for promise in PROMISES:
         bound = f"{promise.sign} {promise.bound:g}"
         table.add_row(Text(promise.what), _plain(promise.figure(results), 2), bound, "holds" if promise.holds(results) else "FAILED")
