@@ -25,9 +25,10 @@ from agent.vision.floor_patch import FloorPatch
 from agent.vision.floor_removal import FloorColours, FloorRemoval
 from agent.vision.floor_view import Picture, make_floor_view
 from agent.vision.motion_vectors import no_vectors
-from agent.vision.outlines import find_borders, open_rings
+from agent.vision.outlines import Mask, find_borders, open_rings
 from agent.vision.range_profile import range_profile, round_bases, tall_bases
 from agent.vision.robot_fit import RobotFitter
+from agent.vision.robot_outlines import parted_from_robots
 from protocol.geometry import Array
 
 FLOOR_MARGIN_IN_HEIGHTS = 0.04  # floor this near to an object is not aligned with: its contact shadow, and the mask's own error
@@ -81,7 +82,7 @@ class FullMethod:
         with stage("vectors"):
             vectors, kept = self._corners.follow(small, motion.odom_from_body)
         with stage("labels"):
-            parted = cut_at_depth_steps(open_rings(mask, self._floor_view), self._floor_view, DEPTH_STEP_IN_HEIGHTS * self._height_m)
+            parted = self._parted(mask, self._watch.expected_m(motion.odom_from_body))
             rough = find_borders(parted, self._floor_view.nadir_px, LEAST_REGION_PX)
             borders = located(rough, parted, self._floor_view, reduced)
             labels = self._corners.label(borders, motion.odom_from_body)
@@ -104,6 +105,11 @@ class FullMethod:
         vectors, kept = no_vectors()
         reported = local_map(frame, motion, None, self._floor_view.body_range_m, self._height_m)
         return Step(reported, motion_summary(frame, vectors, kept))
+
+    def _parted(self, mask: Mask, robots_m: Array) -> Mask:
+        """Return the mask of what is not floor with a gap between things, and around the robots expected at (n, 2) [body]."""
+        alone = parted_from_robots(mask, robots_m, self._body_radius_m, self._floor_view, self._projection)
+        return cut_at_depth_steps(open_rings(alone, self._floor_view), self._floor_view, DEPTH_STEP_IN_HEIGHTS * self._height_m)
 
     def _reduce(self, picture: Picture) -> tuple[Picture, Picture, Picture]:
         """Return the picture in grey, reduced, and reduced in grey."""

@@ -47,6 +47,11 @@ class RobotWatch:
         self._refused: list[tuple[Array, int]] = []  # place [odom] and frame
         self._frame = 0
 
+    def expected_m(self, odom_from_body: Pose2) -> Array:
+        """Return where the robots in view should be by now, (n, 2) [body]."""
+        places_m = [odom_from_body.inverse().apply(known.place_m + known.velocity_m) for known in self._known]
+        return np.array(places_m).reshape(-1, 2)
+
     def look(self, grey: Picture, odom_from_body: Pose2, bases: Array) -> list[RobotFit]:
         """Return all robots found in a grey camera picture; `bases`, (n, 2), are range and bearing from the camera of what might be one."""
         self._frame += 1

@@ -39,6 +39,7 @@ class FloorView:
     range_m: NDArray[np.float32]  # (rows, cols) distance from the body's origin along the floor; inf where there is no floor
     bearing_rad: NDArray[np.float32]  # (rows, cols) from the body's x axis
     floor_m: Array  # (rows, cols, 2) the place on the floor [body]; NaN where there is none
+    body_radius_m: float
     body_range_m: float  # floor nearer than this is hidden by the own body
     reach_m: float
 
@@ -69,6 +70,10 @@ class FloorView:
         """Map pixels of the view, shape (n, 2) u, v, to camera pixels (n, 2)."""
         return np.asarray(pixels, dtype=np.float64) * self.scale + self.origin_px
 
+    def view_pixels(self, pixels: Array) -> Array:
+        """Map camera pixels, shape (n, 2) u, v, to pixels of the view (n, 2)."""
+        return np.asarray((pixels - self.origin_px) / self.scale)
+
 
 def make_floor_view(projection: FloorProjection, size_px: tuple[int, int], body_radius_m: float, body_height_m: float) -> FloorView:
     """Return the view of a camera with pictures of `size_px` (width, height), on a body with a rim of that radius and height.
@@ -98,4 +103,4 @@ def make_floor_view(projection: FloorProjection, size_px: tuple[int, int], body_
     fields = valid[crop], range_m[crop].astype(np.float32), bearing[crop].astype(np.float32), places
     under = projection.body_from_camera[:2, 3]
     nadir = (projection.pixels_from_floor(under[None])[0] - origin) / scale
-    return FloorView(scale, crop, origin, nadir, *fields, body_range_m=body_range_m, reach_m=reach_m)
+    return FloorView(scale, crop, origin, nadir, *fields, body_radius_m=body_radius_m, body_range_m=body_range_m, reach_m=reach_m)

@@ -105,6 +105,15 @@ def test_followed_robots_stay_where_they_truly_are(first: int, moments: list[Mom
     assert np.max(errors_m) < 0.004
 
 
+@pytest.mark.parametrize("first", [0, 15, 35])
+def test_followed_robots_are_expected_where_they_will_be(first: int, moments: list[Moment], watch: RobotWatch) -> None:
+    assert watch.expected_m(moments[first].arena_from_body).shape == (0, 2)
+    begin(watch, moments[first:])
+    moment = moments[first + 2]
+    expected_m = watch.expected_m(moment.arena_from_body)
+    assert np.linalg.norm(expected_m[:, None] - moment.robots_m, axis=2).min(axis=0).max() < 0.01
+
+
 @pytest.mark.parametrize("index", [0, 20, 40])
 def test_robots_newly_found_are_where_they_truly_are(index: int, moments: list[Moment], watch: RobotWatch) -> None:
     one, other = moments[index].bases()[:1], moments[index].bases()[1:]

@@ -1,0 +1,50 @@
+"""Cuts other robots out of the mask of what is not floor, so that what they touch in the picture keeps an outline of its own.
+
+A robot before a box is one region with it, and the hull of both would take in the floor between them.
+"""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from agent.vision.floor_projection import FloorProjection
+from agent.vision.floor_view import FloorView
+from protocol.geometry import Array
+
+Mask = NDArray[np.uint8]
+
+GAP_M = 0.025  # around a robot: its contact shadow, and what its place is wrong by
+ARC_POINTS = 9
+SHIFT_BITS = 4  # binary digits of a pixel's parts
+
+
+def parted_from_robots(not_floor: Mask, centres_m: Array, radius_m: float, view: FloorView, projection: FloorProjection) -> Mask:
+    """Return the mask, (rows, cols) of the view, with a gap around every robot that stands at one of `centres_m`, (n, 2) [body]."""
+    eye_m = projection.body_from_camera[:2, 3]
+    distances_m = np.hypot(*(centres_m - eye_m).T)
+    seen_m = centres_m[(distances_m > radius_m + GAP_M) & (distances_m < view.reach_m)]
+    if not len(seen_m):
+        return not_floor
+    bodies, gaps = np.zeros_like(not_floor), np.zeros_like(not_floor)
+    for centre_m in seen_m:
+        for mask, cover_m in ((bodies, radius_m), (gaps, radius_m + GAP_M)):
+            covered_px = view.view_pixels(projection.pixels_from_floor(_covered(centre_m, cover_m, eye_m, view.reach_m)))
+            cv2.fillConvexPoly(mask, np.rint(covered_px * (1 << SHIFT_BITS)).astype(np.int32), 1, shift=SHIFT_BITS)
+    return np.where(gaps > bodies, 0, not_floor).astype(np.uint8)
+
+
+def _covered(centre_m: Array, radius_m: float, eye_m: Array, reach_m: float) -> Array:
+    """Return the floor, polygon (n, 2) [body], that a tall cylinder covers from an eye (2,): from the near arc of its base outward."""
+    away_m = centre_m - eye_m
+    distance_m = float(np.hypot(*away_m))
+    direction_rad, half_rad = np.arctan2(away_m[1], away_m[0]), np.arcsin(radius_m / distance_m)
+    turns = np.linspace(-1.0, 1.0, ARC_POINTS)
+    near = centre_m - radius_m * _unit(direction_rad - turns * (0.5 * np.pi - half_rad))
+    far = eye_m + reach_m * _unit(direction_rad - np.array([-1.0, 1.0]) * half_rad)
+    return np.vstack([near, far])
+
+
+def _unit(angles_rad: Array) -> Array:
+    return np.stack([np.cos(angles_rad), np.sin(angles_rad)], axis=-1)
