@@ -61,24 +61,15 @@ def test_a_region_without_area_is_left_out() -> None:
         assert describe(borders, np.array([LABEL], np.int32), no_tracks(), VIEW, PROJECTION) == []
 
 
+def test_what_looks_like_the_floors_grain_and_has_no_corners_is_flat() -> None:
+    (region,) = described(seen(upright(box(0.40, 0.44, 0.02), 0.0)), no_tracks())
+    assert (region.motion, region.flat) == ("unknown", True)
+
+
 def test_a_marking_is_flat() -> None:
     marking = np.concatenate([upright(box(0.8, 1.0, 0.1), 0.0), [(0.9, 0.0, 0.0)]])
     (region,) = described(seen(marking), watched(marking, LABEL))
     assert (region.motion, region.flat, region.height_m) == ("static", True, 0.0)
-
-
-GRAIN = box(0.40, 0.44, 0.02)
-
-
-def test_a_speck_near_by_of_which_nothing_is_known_is_the_floors_grain() -> None:
-    (region,) = described(seen(upright(GRAIN, 0.0)), no_tracks())
-    assert (region.motion, region.flat) == ("unknown", True)
-
-
-@pytest.mark.parametrize("thing", [upright(GRAIN, 0.2), upright(box(0.40, 0.44, 0.1), 0.0), upright(box(0.9, 1.0, 0.024), 0.0)])
-def test_what_may_be_tall_or_is_wide_or_far_is_a_thing(thing: NDArray[np.float64]) -> None:
-    (region,) = described(seen(thing), no_tracks())
-    assert not region.flat
 
 
 def test_an_outline_is_the_shadow_of_the_thing_from_the_camera() -> None:
@@ -95,19 +86,6 @@ def test_a_region_that_shows_the_top_only_is_brought_down_to_the_floor() -> None
     assert region.outline_m[:, 0].min() == pytest.approx(0.8, abs=PIXEL_M)
     assert signed_area(region.outline_m) > 0.0
     assert region.height_m == pytest.approx(0.1)
-
-
-def test_a_base_that_would_lie_much_nearer_than_what_is_seen_is_not_believed() -> None:
-    top = upright(box(0.7, 0.8, 0.1), 0.3)[4:]
-    (region,) = described(seen(top), watched(top, LABEL))
-    assert np.hypot(*region.outline_m.T).min() > 1.5
-
-
-def test_a_top_only_region_with_corners_on_the_floor_stays_as_it_is() -> None:
-    top = CRATE[4:]
-    grounded = np.concatenate([top, [(1.05, 0.0, 0.0)]])
-    (region,) = described(seen(top), watched(grounded, LABEL))
-    assert region.outline_m[:, 0].min() == pytest.approx(1.0, abs=PIXEL_M)
 
 
 def test_a_wall_around_the_robot_leaves_the_floor_before_it_bare() -> None:
