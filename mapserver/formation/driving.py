@@ -16,8 +16,8 @@ from mapserver.formation.trail import STEP_M, Reference, sample
 from protocol.geometry import Array, Pose2
 
 NEAR_M, FAR_M = 0.05, 0.15  # a robot's distance from its reference at which the formation slows down, and at which it waits
-BETWEEN_M, CLOSING = 0.025, 0.2  # between a reference and where another robot is: nearer, none goes on towards it; of the leader's way
-BEHIND_M = 0.015  # its reference a robot is held up
+BETWEEN_M, CLOSING = 0.05, 0.2  # between a reference and where another robot is: nearer, none goes on towards it; of the leader's way ...
+LEEWAY = 3.0  # ... where that is fewer times as far off as the other has fallen behind
 BRAKING_M_S2 = 0.3
 REVIEW_EVERY_STEPS = 5
 WORTH_SHARE, WORTH_M = 0.85, 0.2  # a new way has to cost less than this share of the old one's, and less by so much
@@ -113,17 +113,18 @@ class Driving:
         off_m = {name: math.dist(references[name].arena_from_body[:2], pose[:2]) for name, pose in poses.items() if name in references}
         worst = max(off_m, key=lambda name: off_m[name], default="")
         share = float(np.clip((FAR_M - off_m.get(worst, 0.0)) / (FAR_M - NEAR_M), 0.0, 1.0))
-        behind = {name: poses[name] for name in sorted(off_m) if off_m[name] > BEHIND_M}
-        self.waits_for = worst if share == 0.0 else self._closed_up_on(behind, references) if behind else ""
+        self.waits_for = worst if share == 0.0 else self._closed_up_on(poses, off_m, references)
         return 0.0 if self.waits_for else share
 
-    def _closed_up_on(self, behind: Mapping[str, Pose2], references: Mapping[str, Reference]) -> str:
+    def _closed_up_on(self, poses: Mapping[str, Pose2], off_m: Mapping[str, float], references: Mapping[str, Reference]) -> str:
         """Return who has fallen behind where another one's reference would go on to; nobody, "", where all have room."""
         soon = self.plan.references(self.arc_m + STEP_M, 0.0)
-        for name, reference in references.items():
-            for other, pose in behind.items():
-                apart_m, then_m = (math.dist(each.arena_from_body[:2], pose[:2]) for each in (reference, soon[name]))
-                if other != name and apart_m < 2.0 * self._body.radius_m + BETWEEN_M and then_m < apart_m - CLOSING * STEP_M:
+        for other in sorted(off_m):
+            least_m = 2.0 * self._body.radius_m + min(BETWEEN_M, LEEWAY * off_m[other])
+            for name in references.keys() - {other}:
+                ways = references[name], soon[name]
+                apart_m, then_m = (math.dist(reference.arena_from_body[:2], poses[other][:2]) for reference in ways)
+                if apart_m < least_m and then_m < apart_m - CLOSING * STEP_M:
                     return other
         return ""
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -43,6 +45,18 @@ def test_nobody_is_led_into_a_robot_that_stands_close_before_it(apart_m: float, 
     drive.step(STEP_S, poses, open_floor())
     assert drive.waits_for == ("r1" if waits else "")
     assert drive.is_at_rest() == waits
+
+
+@pytest.mark.parametrize(("behind_m", "waits"), [(0.006, True), (0.002, False)])
+def test_the_nearer_robots_are_the_less_may_one_fall_behind(behind_m: float, waits: bool) -> None:
+    drive, poses = begun()
+    start = drive.plan.references(ARC_M, 0.0)
+    leader = start["r1"].arena_from_body
+    gap_m = leader.x_m - start["r2"].arena_from_body.x_m - 0.15
+    near = Driving(drive.plan, ARC_M, replace(BODY, radius_m=0.075 + 0.5 * gap_m - 0.005))  # bodies so wide that 1 cm is left between them
+    poses["r1"] = Pose2(leader.x_m - behind_m, leader.y_m, 0.0)
+    near.step(STEP_S, poses, open_floor())
+    assert near.waits_for == ("r1" if waits else "")
 
 
 def test_a_robot_that_is_close_behind_holds_up_nobody() -> None:
