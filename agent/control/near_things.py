@@ -11,32 +11,38 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from agent.control.borders import NEAR_M, SPACING_M, Borders, norms, seen_borders
+from agent.control.borders import NEAR_M, SIGHTED, SPACING_M, Borders, norms, seen_borders
 from agent.control.persistence import Persistence
 from protocol.geometry import Array, Pose2
 from protocol.messages import LocalMap
 
-STATIC_S, MOVING_S = 20.0, 0.5  # how long something hidden is remembered
+STATIC_S, MOVING_S = 20.0, 0.5  # how long something hidden is remembered ...
+SURE_S, BRIEF_S = 0.6, 2.0  # ... if it was seen for so long before; else
 
 
 class KnownBorders(NamedTuple):
-    """Border points in the odometry's frame, and when each was last seen."""
+    """Border points in the odometry's frame, since when each has been seen, and when it was last."""
 
     points_m: Array  # (n, 2) [odom]
     moving: NDArray[np.bool_]  # (n,)
+    since_ns: NDArray[np.int64]  # (n,)
     seen_ns: NDArray[np.int64]  # (n,)
 
     def select(self, rows: NDArray[Any]) -> KnownBorders:
         """Return some of the points, by mask or index."""
-        return KnownBorders(self.points_m[rows], self.moving[rows], self.seen_ns[rows])
+        return KnownBorders(self.points_m[rows], self.moving[rows], self.since_ns[rows], self.seen_ns[rows])
 
     def joined(self, other: KnownBorders) -> KnownBorders:
         """Return the points of both."""
-        points_m = np.concatenate([self.points_m, other.points_m])
-        return KnownBorders(points_m, np.concatenate([self.moving, other.moving]), np.concatenate([self.seen_ns, other.seen_ns]))
+        return KnownBorders(*(np.concatenate(pair) for pair in zip(self, other, strict=True)))
+
+    def memory_ns(self) -> Array:
+        """Return how long each is remembered once it is hidden, (n,)."""
+        static_s = np.where(self.seen_ns - self.since_ns >= 1e9 * SURE_S, STATIC_S, BRIEF_S)
+        return np.asarray(1e9 * np.where(self.moving, MOVING_S, static_s))
 
 
-_NOTHING = KnownBorders(np.empty((0, 2)), np.empty(0, dtype=np.bool_), np.empty(0, dtype=np.int64))
+_NOTHING = KnownBorders(np.empty((0, 2)), np.empty(0, dtype=np.bool_), np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int64))
 
 
 class NearThings:
@@ -51,11 +57,8 @@ class NearThings:
         """Take a local map; what it could not see stays as it was, all of it where its picture was dropped."""
         odom_from_body = Pose2(*local_map.odom_from_body)
         if local_map.picture == "used":
-            points, moving, labels = seen_borders(local_map, self._radius_m)
-            seen = KnownBorders(odom_from_body.apply(points), moving, np.full(len(points), local_map.stamp_ns))
-            lasting = seen.select(self._persistence.lasting(seen.points_m, labels))
             hidden = self._hidden(odom_from_body, local_map.body_radius_m, local_map.stamp_ns)
-            self._known = lasting.joined(thinned(hidden))  # newest first
+            self._known = self._lasting(local_map, odom_from_body).joined(thinned(hidden))  # newest first
 
     def around(self, odom_from_body: Pose2) -> Borders:
         """Return the borders [body] around the robot where it now is."""
@@ -63,11 +66,19 @@ class NearThings:
         near = norms(points) < NEAR_M
         return Borders(points[near], self._known.moving[near])
 
+    def _lasting(self, local_map: LocalMap, odom_from_body: Pose2) -> KnownBorders:
+        """Return what a local map shows and does not only flicker; sighted robots are sure at once."""
+        points, moving, labels = seen_borders(local_map, self._radius_m)
+        points_m, stamp_ns = odom_from_body.apply(points), local_map.stamp_ns
+        is_young = self._persistence.is_young()
+        since_ns = self._persistence.seen_since_ns(points_m, labels, stamp_ns)
+        seen = KnownBorders(points_m, moving, since_ns, np.full(len(points), stamp_ns))
+        return seen.select((since_ns < stamp_ns) | (labels == SIGHTED) | is_young)
+
     def _hidden(self, odom_from_body: Pose2, hidden_range_m: float, stamp_ns: int) -> KnownBorders:
         """Return what is known and cannot be seen from here, and is not too old."""
         ranges = norms(odom_from_body.inverse().apply(self._known.points_m))
-        limits_ns = np.where(self._known.moving, 1e9 * MOVING_S, 1e9 * STATIC_S)
-        return self._known.select((ranges < hidden_range_m) & (stamp_ns - self._known.seen_ns <= limits_ns))
+        return self._known.select((ranges < hidden_range_m) & (stamp_ns - self._known.seen_ns <= self._known.memory_ns()))
 
 
 def thinned(known: KnownBorders) -> KnownBorders:

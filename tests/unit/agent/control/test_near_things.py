@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from agent.control.borders import NEAR_M, SPACING_M, along_border, seen_borders
-from agent.control.near_things import MOVING_S, STATIC_S, NearThings
+from agent.control.near_things import BRIEF_S, MOVING_S, STATIC_S, SURE_S, NearThings
 from protocol.geometry import Pose2
 from tests.unit.agent.control.local_maps import Motion, box, local_map, region, sighting
 
@@ -79,14 +79,19 @@ def test_nothing_is_forgotten_over_a_dropped_picture() -> None:
     assert nearest(near, Pose2.identity()) == pytest.approx(0.25, abs=1e-4)
 
 
-@pytest.mark.parametrize(("motion", "kept_s"), [("moving", MOVING_S), ("static", STATIC_S), ("unknown", STATIC_S)])
-def test_what_is_hidden_is_forgotten_after_a_while(motion: Motion, kept_s: float) -> None:
+@pytest.mark.parametrize(
+    ("motion", "seen_s", "kept_s"),
+    [("moving", SURE_S, MOVING_S), ("static", SURE_S, STATIC_S), ("unknown", SURE_S, STATIC_S), ("unknown", SURE_S - 0.1, BRIEF_S)],
+)
+def test_what_is_hidden_is_forgotten_after_a_while_and_what_was_seen_briefly_soon(motion: Motion, seen_s: float, kept_s: float) -> None:
     near = NearThings(RADIUS_M)
-    near.see(local_map(0, [region(box(AHEAD_M, 0.0), motion)]))
+    last_ms = round(1e3 * seen_s)
+    for stamp_ms in range(0, last_ms + 1, 100):
+        near.see(local_map(stamp_ms, [region(box(AHEAD_M, 0.0), motion)]))
     closer = Pose2(0.1, 0.0, 0.0)
-    near.see(local_map(round(1e3 * kept_s), odom_from_body=closer))
+    near.see(local_map(last_ms + round(1e3 * kept_s), odom_from_body=closer))
     assert nearest(near, closer) < 0.2
-    near.see(local_map(round(1e3 * kept_s) + 1, odom_from_body=closer))
+    near.see(local_map(last_ms + round(1e3 * kept_s) + 1, odom_from_body=closer))
     assert nearest(near, closer) == math.inf
 
 
