@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,8 +16,8 @@ from agent.slam.splitting import Corners, cut, split
 from agent.vision.connection import WALL_RAD
 from agent.vision.floor_projection import FloorProjection
 from agent.vision.floor_view import FloorView
-from agent.vision.hull import centre_of_polygon, convex_hull
-from agent.vision.outlines import Borders, floor_outlines
+from agent.vision.hull import centre_of_polygon, convex_hull, overlap
+from agent.vision.outlines import Borders, floor_outlines, signed_area
 from protocol.geometry import Array
 
 MOVING_SHARE = 0.5  # of a region's corners, of those that can tell
@@ -25,6 +25,7 @@ SETTLED_SIGMA = 0.05  # a slope known to this tells the height to 2.5 cm for a c
 FLAT_SLOPE = 0.02  # a height of a fiftieth of the camera's: less is paint, shadow or light
 FLAT_CORNERS = 5
 LEAST_OUTLINE_POINTS = 3
+MOST_HIDDEN = 0.1  # of a base, by other things: what is hidden more than that does not blend into the floor
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,6 +40,14 @@ class SeenRegion:
     flat: bool  # lies in the floor: a marking, a patch of light, a shadow that stays
 
 
+class _Sight(NamedTuple):
+    """What else is in view of a thing."""
+
+    eye: Array  # (2,) [body]
+    rig: Rig
+    others: list[Array]  # (n, 2) [m; body] each, convex: the outlines of other things
+
+
 def describe(borders: Borders, labels: NDArray[np.int32], tracks: Tracks, view: FloorView, projection: FloorProjection) -> list[SeenRegion]:
     """Return the regions of a frame, in the order of their borders, given their labels, (regions,), and the corners followed on them.
 
@@ -47,10 +56,11 @@ def describe(borders: Borders, labels: NDArray[np.int32], tracks: Tracks, view: 
     """
     slope, sigma = tracks.slopes()
     moving, settled = tracks.moving(), tracks.settled(SETTLED_SIGMA)
-    eye, rig = projection.body_from_camera[:2, 3], Rig(projection.camera_height_m, view.body_radius_m)
+    eye, rig = projection.body_from_camera[:2, 3], Rig(projection.camera_height_m, view.body_range_m, view.body_radius_m)
     appearance = projection.floor_from_pixels(view.camera_pixels(tracks.pixels)) - eye
     described: list[SeenRegion] = []
     outlines = floor_outlines(borders, view, projection)
+    whole = [outline for outline, compact in zip(outlines, borders.compact, strict=True) if compact]
     for outline, label, border, compact in zip(outlines, labels, borders.pixels, borders.compact, strict=True):
         own = tracks.labels == label
         motion = _motion(int(moving[own].sum()), int(settled[own].sum()))
@@ -66,7 +76,8 @@ def describe(borders: Borders, labels: NDArray[np.int32], tracks: Tracks, view: 
             described.append(SeenRegion(int(label), outline, centre_of_polygon(outline), motion, height_m, flat=False))
         else:
             corners = Corners(appearance[telling], slope[telling])
-            described += _standing(int(label), outline, corners, eye, rig)
+            others = [other for other in whole if other is not outline]
+            described += _standing(int(label), outline, corners, _Sight(eye, rig, others))
     return [region for region in described if len(region.outline_m) >= LEAST_OUTLINE_POINTS]
 
 
@@ -77,21 +88,24 @@ def _goes_round(border: NDArray[np.int32], view: FloorView) -> bool:
     return 2.0 * np.pi - widest_gap > WALL_RAD
 
 
-def _standing(label: int, outline: Array, corners: Corners, eye: Array, rig: Rig) -> list[SeenRegion]:
+def _standing(label: int, outline: Array, corners: Corners, sight: _Sight) -> list[SeenRegion]:
     """Return the one or two things, one behind the other, that a static outline shows, given its corners of known height."""
-    parted = split(corners, rig.camera_height_m)
+    parted = split(corners, sight.rig.camera_height_m)
     if parted is None:
-        return [_static(label, outline, corners, eye, rig)]
-    front, behind = cut(outline, eye, parted.range_m)
+        return [_static(label, outline, corners, sight)]
+    front, behind = cut(outline, sight.eye, parted.range_m)
     parts = [(label, front, corners.select(~parted.behind)), (2 * LAST_LABEL + 1 - label, behind, corners.select(parted.behind))]
-    return [_static(name, convex_hull(part), own, eye, rig) for name, part, own in parts if len(part) >= LEAST_OUTLINE_POINTS]
+    return [_static(name, convex_hull(part), own, sight) for name, part, own in parts if len(part) >= LEAST_OUTLINE_POINTS]
 
 
-def _static(label: int, outline: Array, corners: Corners, eye: Array, rig: Rig) -> SeenRegion:
-    height_m = _height(corners.slopes, rig.camera_height_m)
-    share = base_share(np.hypot(*(outline - eye).T), corners, height_m, rig)
-    whole = outline if share == 1.0 else convex_hull(np.concatenate([outline, eye + share * (outline - eye)]))
-    return SeenRegion(label, whole, centre_of_polygon(whole), "static", height_m, flat=False)
+def _static(label: int, outline: Array, corners: Corners, sight: _Sight) -> SeenRegion:
+    """Return a thing that stands, down to its base unless that is hidden behind another thing."""
+    height_m = _height(corners.slopes, sight.rig.camera_height_m)
+    share = base_share(np.hypot(*(outline - sight.eye).T), corners, height_m, sight.rig)
+    base = convex_hull(sight.eye + share * (outline - sight.eye))
+    if share < 1.0 and not any(overlap(base, other) > MOST_HIDDEN * signed_area(base) for other in sight.others):
+        outline = convex_hull(np.concatenate([outline, base]))
+    return SeenRegion(label, outline, centre_of_polygon(outline), "static", height_m, flat=False)
 
 
 def _motion(moving: int, static: int) -> Literal["static", "moving", "unknown"]:

@@ -16,6 +16,7 @@ from protocol.geometry import Array, Pose2
 
 TRIES_PER_FRAME = 2
 PAUSE_FRAMES = 12  # a place where no robot was found is not tried again for so long
+LOST_FRAMES = 5  # a robot that is not found again is expected where it was for so long: often it is, and only its silhouette is not clear
 NEW_FRAMES, CHECK_FRAMES = 3, 5  # a robot is looked at from all its likely places in its first frames, and then in every fifth
 CONVINCING_SUPPORT, CONVINCING_MISFIT_PX = 0.75, 0.35  # of a whole silhouette in plain sight; a ring above the base fits its sides worse
 NEARER_M = 0.008  # a fit starts this much nearer than expected: more than a robot's place is wrong by, less than to its next edge
@@ -44,13 +45,14 @@ class RobotWatch:
         self._radius_m = radius_m
         self._eye_m = eye_m  # (2,) the point under the camera [body]
         self._known: list[_Known] = []
-        self._refused: list[tuple[Array, int]] = []  # place [odom] and frame
+        self._lost: list[tuple[Array, int]] = []  # place [odom] and frame
+        self._refused: list[tuple[Array, int]] = []  # the same
         self._frame = 0
 
     def expected_m(self, odom_from_body: Pose2) -> Array:
-        """Return where the robots in view should be by now, (n, 2) [body]."""
-        places_m = [odom_from_body.inverse().apply(known.place_m + known.velocity_m) for known in self._known]
-        return np.array(places_m).reshape(-1, 2)
+        """Return where the robots in view, and those lost just now, should be by now, (n, 2) [body]."""
+        places_m = [known.place_m + known.velocity_m for known in self._known] + [place_m for place_m, _ in self._lost]
+        return odom_from_body.inverse().apply(np.array(places_m).reshape(-1, 2))
 
     def look(self, grey: Picture, odom_from_body: Pose2, bases: Array) -> list[RobotFit]:
         """Return all robots found in a grey camera picture; `bases`, (n, 2), are range and bearing from the camera of what might be one."""
@@ -89,7 +91,10 @@ class RobotWatch:
                 place = odom_from_body.apply(fit.centre_m)
                 found.append(fit)
                 known.append(_Known(place, place - last.place_m, fit.centre_m, last.frames + 1))
+            else:
+                self._lost.append((last.place_m + last.velocity_m, self._frame))
         self._known = known
+        self._lost = [(place, frame) for place, frame in self._lost if self._frame - frame < LOST_FRAMES]
         return found
 
     def _best(self, grey: Picture, starts_m: list[Array], *, thorough: bool) -> RobotFit | None:

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from protocol.errors import GeometryError
 from protocol.geometry import Array
 
+LEAST_CORNERS = 3  # of an area
 _FLAT = 1e-12  # area over the square of the extent, below which a polygon is a line
 
 
@@ -29,6 +30,13 @@ def hulls_by_label(points: Array, labels: NDArray[np.integer]) -> dict[int, Arra
     """Return the convex hull of the points, shape (n, 2), of every label (n,) above 0 that has a finite point."""
     finite = np.isfinite(points).all(axis=1) & (labels > 0)
     return {int(label): convex_hull(points[finite & (labels == label)]) for label in np.unique(labels[finite])}
+
+
+def overlap(first: Array, second: Array) -> float:
+    """Return the area that two convex polygons, (n, 2) and (m, 2), have in common."""
+    if min(len(first), len(second)) < LEAST_CORNERS:
+        return 0.0
+    return float(cv2.intersectConvexConvex(first.astype(np.float32), second.astype(np.float32))[0])
 
 
 def centre_of_region(brightness: NDArray[np.generic]) -> Array:

@@ -21,6 +21,7 @@ LEEWAY = 3.0  # ... where that is fewer times as far off as the other has fallen
 BRAKING_M_S2 = 0.3
 REVIEW_EVERY_STEPS = 5
 WORTH_SHARE, WORTH_M = 0.85, 0.2  # a new way has to cost less than this share of the old one's, and less by so much
+OPEN_REACH_M, OPEN_SAMPLES, OPENING_M = 1.2, 25, 0.01  # ahead of the leader, over which followers have to come nearer in the mean
 WAITING_S, PATIENCE_S = 3.0, 1.0  # held up for so long by a robot, or by a thing, a formation forms up anew from where its robots are
 TURNING_M = 0.35  # before what stands in the leader's own way it stops, while there is room to turn
 ARRIVED_M = 0.27
@@ -136,8 +137,8 @@ class Driving:
             return
         if self._clear_m < self.plan.trail.length_m:
             self._avoid(cost_map)
-        elif self._steps % REVIEW_EVERY_STEPS == 0:
-            self._review(cost_map)
+        elif self._steps % REVIEW_EVERY_STEPS == 0 and not self._review(cost_map):
+            self._open_up(cost_map)
 
     def _avoid(self, cost_map: CostMap) -> None:
         """Let followers give way; where the leader itself cannot go on, take another way, or stop while there is room to turn."""
@@ -157,19 +158,33 @@ class Driving:
         near = cost_map.too_near(ahead_m, self._body.radius_m + sides_m(STEP_M * np.arange(len(ahead_m))))
         return STEP_M * float(np.argmax(near)) if near.any() else math.inf
 
-    def _review(self, cost_map: CostMap) -> None:
-        """Take another way where that is much better by now."""
+    def _review(self, cost_map: CostMap) -> bool:
+        """Take another way where that is much better by now; tell whether that is so."""
         start = int((self.arc_m + LOOKAHEAD_M) / STEP_M) + 1
         ahead_m = self.plan.trail.points_m[start:]
         if len(ahead_m) < 2:
-            return
+            return False
         berth = berth_of(self._body)
         cost = cost_of_way(cost_map, ahead_m, berth._replace(least_m=berth.least_m - STEP_M))
         best = Reach(cost_map, ahead_m[0], berth).cost_to(ahead_m[-1])
-        if best < WORTH_SHARE * cost and best < cost - WORTH_M:
-            plan = go_on(self.plan, self.arc_m, self.plan.goal_m, self._body, cost_map)
-            if plan is not None:
-                self._take(plan)
+        if best >= WORTH_SHARE * cost or best >= cost - WORTH_M:
+            return False
+        plan = go_on(self.plan, self.arc_m, self.plan.goal_m, self._body, cost_map)
+        if plan is not None:
+            self._take(plan)
+        return plan is not None
+
+    def _open_up(self, cost_map: CostMap) -> None:
+        """Let followers use the room that there is by now, where that brings them well nearer to their open places."""
+        ahead_m = self.arc_m + np.linspace(0.0, OPEN_REACH_M, OPEN_SAMPLES)
+        drawn_in_m = self.plan.drawn_in_m(ahead_m).mean()
+        if drawn_in_m < OPENING_M:
+            return
+        plan = narrowed_anew(self.plan, self.arc_m, self._body, cost_map)
+        meets_m = meets_from_m(plan, self.arc_m, self._body)
+        is_clear = self._clear_until(plan, cost_map) == math.inf and meets_m >= self._meets_m
+        if is_clear and plan.drawn_in_m(ahead_m).mean() < drawn_in_m - OPENING_M:
+            self._take(plan)
 
     def _take(self, plan: Plan) -> None:
         self.plan = plan

@@ -68,10 +68,13 @@ class Plan:
 
     def is_open(self, arc_m: float, tolerance_m: float) -> bool:
         """Tell whether nobody gives way: all followers keep their shape's own offsets, measured along the trail and from it."""
-        backs_m = sample(self.backs_m.T, arc_m)
-        lefts_m = [float(sample(row, arc_m - back_m)) for row, back_m in zip(self.lefts_m, backs_m, strict=True)]
-        held = np.column_stack([backs_m, lefts_m])
-        return bool((np.hypot(*(held - self.offsets).T) <= tolerance_m).all())
+        return bool((self.drawn_in_m(np.array([arc_m])) <= tolerance_m).all())
+
+    def drawn_in_m(self, arcs_m: Array) -> Array:
+        """Return how far every follower is from its place in the open shape, shape (k, n) [m], the leader being at `arcs_m`, (n,)."""
+        backs_m = np.array([sample(row, arcs_m) for row in self.backs_m]).reshape(-1, len(arcs_m))
+        lefts_m = np.array([sample(row, arcs_m - back_m) for row, back_m in zip(self.lefts_m, backs_m, strict=True)]).reshape(backs_m.shape)
+        return np.hypot(backs_m - self.offsets[:, :1], lefts_m - self.offsets[:, 1:])
 
     def is_steady(self, arc_m: float, tolerance_m: float) -> bool:
         """Tell whether nobody gives way, and the leader does not turn aside either."""

@@ -10,7 +10,7 @@ from agent.slam.splitting import Corners
 from protocol.geometry import Array
 from tests.unit.agent.floor_worlds import HEIGHT_M, appearances, box, upright
 
-RIG = Rig(HEIGHT_M, body_radius_m=0.08)
+RIG = Rig(HEIGHT_M, body_range_m=0.12, body_radius_m=0.08)
 
 
 def top_of(near_m: float, far_m: float, height_m: float) -> Array:
@@ -42,6 +42,18 @@ def test_a_base_may_lie_under_the_own_bodys_shadow_but_not_in_the_body() -> None
 def test_a_top_without_corners_at_its_border_is_told_by_its_height() -> None:
     top = top_of(0.6, 0.7, 0.2)
     assert share_of(top, np.repeat(top[1:3], 2, axis=0), 0.2) == pytest.approx(0.6)
+
+
+def test_what_the_own_body_cuts_off_begins_where_it_is_seen() -> None:
+    top = top_of(0.6, 0.7, 0.2)
+    cut_off = RIG._replace(body_range_m=1.0)
+    assert base_share(np.hypot(*appearances(top).T), corners_at(top), None, cut_off) == 1.0
+
+
+def test_corners_on_a_side_that_is_seen_down_to_the_floor_tell_nothing() -> None:
+    whole = upright(box(0.6, 0.7, 0.1), 0.2)
+    on_side = np.array([(0.6, y_m, height_m) for y_m in (-0.05, 0.0, 0.05) for height_m in (0.06, 0.12, 0.18)])
+    assert share_of(whole, on_side, 0.18) == 1.0
 
 
 def test_an_outline_long_enough_to_show_base_and_top_begins_where_it_is_seen() -> None:

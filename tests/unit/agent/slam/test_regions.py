@@ -88,6 +88,17 @@ def test_a_region_that_shows_the_top_only_is_brought_down_to_the_floor() -> None
     assert region.height_m == pytest.approx(0.1)
 
 
+def test_a_thing_whose_base_another_one_hides_begins_where_it_is_seen() -> None:
+    top, front = CRATE[4:], upright(box(0.7, 0.95, 0.1), 0.0)
+    borders = find_borders(seen(top) | seen(front), VIEW.nadir_px, 25.0)
+    farther = int(np.argmin([pixels[:, 1].mean() for pixels in borders.pixels]))
+    labels = np.where(np.arange(len(borders)) == farther, LABEL, LABEL + 1).astype(np.int32)
+    regions = describe(borders, labels, watched(np.repeat(top, 2, axis=0), LABEL), VIEW, PROJECTION)
+    (region,) = (region for region in regions if region.label == LABEL)
+    assert region.outline_m[:, 0].min() == pytest.approx(1.0, abs=PIXEL_M)
+    assert region.height_m == pytest.approx(0.1)
+
+
 def test_a_wall_around_the_robot_leaves_the_floor_before_it_bare() -> None:
     turns = np.linspace(-2.0, 2.0, 15)
     feet = np.stack([np.cos(turns), np.sin(turns), np.zeros_like(turns)], axis=-1)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
@@ -10,7 +10,7 @@ import pytest
 
 from agent.drivers.bus_camera import captured
 from agent.geometry import calibrated_projection
-from agent.slam.robot_watch import PAUSE_FRAMES, TRIES_PER_FRAME, RobotWatch
+from agent.slam.robot_watch import LOST_FRAMES, PAUSE_FRAMES, TRIES_PER_FRAME, RobotWatch
 from agent.vision.floor_view import Picture
 from agent.vision.robot_fit import RobotFit, RobotFitter
 from deploy.evaluation.tum import read_tum
@@ -112,6 +112,17 @@ def test_followed_robots_are_expected_where_they_will_be(first: int, moments: li
     moment = moments[first + 2]
     expected_m = watch.expected_m(moment.arena_from_body)
     assert np.linalg.norm(expected_m[:, None] - moment.robots_m, axis=2).min(axis=0).max() < 0.01
+
+
+def test_a_robot_that_is_lost_is_expected_where_it_was_for_a_few_frames(moments: list[Moment], watch: RobotWatch) -> None:
+    begin(watch, moments)
+    dark = replace(moments[2], grey=np.zeros_like(moments[2].grey))
+    for _ in range(LOST_FRAMES):
+        assert not look(watch, dark, NO_BASES)
+        expected_m = watch.expected_m(dark.arena_from_body)
+        assert np.linalg.norm(expected_m[:, None] - dark.robots_m, axis=2).min(axis=0).max() < 0.01
+    look(watch, dark, NO_BASES)
+    assert not len(watch.expected_m(dark.arena_from_body))
 
 
 @pytest.mark.parametrize("index", [0, 20, 40])

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from agent.vision.hull import centre_of_polygon, centre_of_region, convex_hull, hulls_by_label
+from agent.vision.hull import centre_of_polygon, centre_of_region, convex_hull, hulls_by_label, overlap
 from protocol.errors import GeometryError
 from protocol.geometry import Array
 
@@ -32,6 +32,12 @@ def test_few_points_are_their_own_outline() -> None:
     assert convex_hull(np.full((3, 2), np.nan)).shape == (0, 2)
     assert convex_hull(np.array([[0.3, 0.1]])).tolist() == [[0.3, 0.1]]
     assert sorted(convex_hull(np.array([[0.0, 0.0], [1.0, 1.0], [0.5, 0.5]])).tolist()) == [[0.0, 0.0], [1.0, 1.0]]
+
+
+@pytest.mark.parametrize(("apart", "common"), [(0.0, 0.04), (0.15, 0.01), (0.25, 0.0)])
+def test_polygons_have_in_common_what_lies_in_both(apart: float, common: float) -> None:
+    assert overlap(SQUARE, SQUARE + np.array([apart, 0.0])) == pytest.approx(common, abs=1e-6)
+    assert overlap(SQUARE[:2], SQUARE) == 0.0
 
 
 def test_every_label_gets_its_own_hull_and_the_floor_none() -> None:

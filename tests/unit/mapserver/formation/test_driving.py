@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 from mapserver.formation.costmap import CostMap, cost_map
-from mapserver.formation.driving import BETWEEN_M, Driving
+from mapserver.formation.driving import BETWEEN_M, REVIEW_EVERY_STEPS, Driving
 from mapserver.formation.floor import Bounds, Floor
 from mapserver.formation.follow import Body, make_plan
 from mapserver.formation.trail import STEP_M, Lane
 from protocol.geometry import Pose2
-from protocol.messages import FREE
+from protocol.messages import FREE, OCCUPIED
 
 BODY = Body(0.075, 0.15, 0.3)
 TRAIL = Lane.through(np.stack([np.arange(0.2, 3.8, STEP_M), np.full(360, 1.5)], axis=1))
@@ -22,13 +22,33 @@ ARC_M, STEP_S = 1.0, 0.1
 
 
 def open_floor() -> CostMap:
-    return cost_map(Floor(np.full((300, 400), FREE, np.uint8), np.zeros(2), 0.01), Bounds(0.0, 0.0, 4.0, 3.0), TRAIL.points_m[:1], [])
+    return floor_with(())
 
 
 def begun() -> tuple[Driving, dict[str, Pose2]]:
     """Return a column of three that is about to drive, and where its robots are: in their places."""
     drive = Driving(make_plan(TRAIL, ARC_M, ("r1", "r2", "r3"), COLUMN, BODY, open_floor(), (3.6, 1.5)), ARC_M, BODY)
     return drive, {name: reference.arena_from_body for name, reference in drive.plan.references(ARC_M, 0.0).items()}
+
+
+def floor_with(things: tuple[tuple[slice, slice], ...]) -> CostMap:
+    """Return open floor but for things, each given by its rows and columns of 1 cm."""
+    cells = np.full((300, 400), FREE, np.uint8)
+    for rows, columns in things:
+        cells[rows, columns] = OCCUPIED
+    return cost_map(Floor(cells, np.zeros(2), 0.01), Bounds(0.0, 0.0, 4.0, 3.0), TRAIL.points_m[:1], [])
+
+
+def test_followers_use_the_room_that_the_map_shows_by_now() -> None:
+    narrow = floor_with(((slice(165, 180), slice(100, 300)), (slice(120, 135), slice(100, 300))))
+    wedge = np.array([[0.33, 0.23], [0.33, -0.23]])
+    drive = Driving(make_plan(TRAIL, ARC_M, ("r1", "r2", "r3"), wedge, BODY, narrow, (3.6, 1.5)), ARC_M, BODY)
+    ahead_m = ARC_M + np.array([0.6, 1.0])
+    assert drive.plan.drawn_in_m(ahead_m).max() > 0.1
+    poses = {name: reference.arena_from_body for name, reference in drive.plan.references(ARC_M, 0.0).items()}
+    for _ in range(REVIEW_EVERY_STEPS):
+        poses = {name: reference.arena_from_body for name, reference in drive.step(STEP_S, poses, open_floor()).items()}
+    assert drive.plan.drawn_in_m(ahead_m).max() < 0.02
 
 
 def test_it_sets_out_when_everybody_is_in_its_place() -> None:
