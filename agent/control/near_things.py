@@ -71,7 +71,7 @@ class NearThings:
         points, moving, labels = seen_borders(local_map, self._radius_m)
         points_m, stamp_ns = odom_from_body.apply(points), local_map.stamp_ns
         is_young = self._persistence.is_young()
-        since_ns = self._persistence.seen_since_ns(points_m, labels, stamp_ns)
+        since_ns = self._persistence.seen_since_ns(points_m, moving, labels, stamp_ns)
         seen = KnownBorders(points_m, moving, since_ns, np.full(len(points), stamp_ns))
         return seen.select((since_ns < stamp_ns) | (labels == SIGHTED) | is_young)
 

@@ -49,22 +49,22 @@ class Persistence:
         """Tell whether there have been too few local maps to tell what only flickers."""
         return len(self._past) < MAPS
 
-    def seen_since_ns(self, points_m: Array, labels: Numbers, stamp_ns: int) -> Numbers:
+    def seen_since_ns(self, points_m: Array, moving: NDArray[np.bool_], labels: Numbers, stamp_ns: int) -> Numbers:
         """Return since when each of a local map's border points, (n,), has been seen: its stamp, where that is for the first time.
 
-        The points, (n, 2) [odom], lie on things with labels (n,). A thing is known again by its label or by its place, since what moves
-        keeps no place, and what has no corners keeps no label.
+        The points, (n, 2) [odom], lie on things with labels (n,), some of them moving, (n,). A thing is known again by its label or by its
+        place, since what moves keeps no place, and what has no corners keeps no label; where something moved nothing else is known again.
         """
         cells = np.floor(points_m / SAME_PLACE_M).astype(np.int64)
-        own = _numbers(cells)
+        own = _numbers(cells, moving)
         since_ns = np.full(len(labels), stamp_ns, dtype=np.int64)
         for by_label, by_place in self._past:
             since_ns = by_place.earliest(own, by_label.earliest(labels, since_ns))
-        around = _numbers((cells[:, None] + _NEIGHBOURS).reshape(-1, 2))
+        around = _numbers((cells[:, None] + _NEIGHBOURS).reshape(-1, 2), np.repeat(moving, len(_NEIGHBOURS)))
         self._past.append((_Since.of(labels, since_ns), _Since.of(around, np.repeat(since_ns, len(_NEIGHBOURS)))))
         return since_ns
 
 
-def _numbers(cells: Numbers) -> Numbers:
-    """Return one number, (n,), for each cell (n, 2)."""
-    return np.asarray(cells[:, 0] * 2**32 + cells[:, 1])
+def _numbers(cells: Numbers, moving: NDArray[np.bool_]) -> Numbers:
+    """Return one number, (n,), for each cell (n, 2), and another for what moves there, (n,)."""
+    return np.asarray((cells[:, 0] * 2**31 + cells[:, 1]) * 2 + moving)

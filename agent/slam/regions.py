@@ -101,7 +101,7 @@ def _standing(label: int, outline: Array, corners: Corners, sight: _Sight) -> li
 def _static(label: int, outline: Array, corners: Corners, sight: _Sight) -> SeenRegion:
     """Return a thing that stands, down to its base unless that is hidden behind another thing."""
     height_m = _height(corners.slopes, sight.rig.camera_height_m)
-    share = base_share(np.hypot(*(outline - sight.eye).T), corners, height_m, sight.rig)
+    share = base_share(np.hypot(*(outline - sight.eye).T), corners, sight.rig)
     base = convex_hull(sight.eye + share * (outline - sight.eye))
     if share < 1.0 and not any(overlap(base, other) > MOST_HIDDEN * signed_area(base) for other in sight.others):
         outline = convex_hull(np.concatenate([outline, base]))

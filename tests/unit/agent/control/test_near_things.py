@@ -95,6 +95,17 @@ def test_what_is_hidden_is_forgotten_after_a_while_and_what_was_seen_briefly_soo
     assert nearest(near, closer) == math.inf
 
 
+def test_what_shows_briefly_where_a_robot_has_just_been_is_soon_forgotten() -> None:
+    near = NearThings(RADIUS_M)
+    for stamp_ms in range(0, 1000, 100):
+        near.see(local_map(stamp_ms, sightings=[sighting(0.35, 0.0)]))
+    for stamp_ms in (1000, 1100):
+        near.see(local_map(stamp_ms, [region(box(AHEAD_M, 0.0), "unknown", label=stamp_ms)]))
+    closer = Pose2(0.1, 0.0, 0.0)
+    near.see(local_map(1200 + round(1e3 * BRIEF_S), odom_from_body=closer))
+    assert nearest(near, closer) == math.inf
+
+
 def test_what_shows_only_at_the_own_bodys_edge_is_no_thing() -> None:
     assert not len(seen_borders(local_map(0, [region(box(0.21, 0.0, 0.01, 0.01))]), RADIUS_M).points_m)
 
