@@ -6,7 +6,7 @@ which the whole silhouette of a robot's body was found.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -16,7 +16,7 @@ from protocol.geometry import Array, Pose2
 
 TRIES_PER_FRAME = 2
 PAUSE_FRAMES = 12  # a place where no robot was found is not tried again for so long
-LOST_FRAMES = 5  # a robot that is not found again is expected where it was for so long: often it is, and only its silhouette is not clear
+LOST_FRAMES = 10  # a robot that is not found again is looked for where it should be for so long: often only its silhouette was not clear
 NEW_FRAMES, CHECK_FRAMES = 3, 5  # a robot is looked at from all its likely places in its first frames, and then in every fifth
 CONVINCING_SUPPORT, CONVINCING_MISFIT_PX = 0.75, 0.35  # of a whole silhouette in plain sight; a ring above the base fits its sides worse
 NEARER_M = 0.008  # a fit starts this much nearer than expected: more than a robot's place is wrong by, less than to its next edge
@@ -31,6 +31,11 @@ class _Known:
     velocity_m: Array  # (2,) per frame [odom]
     seen_m: Array  # (2,) [body at that frame]
     frames: int = 1  # for how long it has been followed
+    missed: int = 0  # for how many frames it was not found
+
+    def expected_m(self) -> Array:
+        """Return where it should be by the next frame, (2,) [odom]."""
+        return self.place_m + self.velocity_m
 
     def is_due(self) -> bool:
         """Tell whether it is looked at thoroughly: in its first frames, and now and then."""
@@ -45,13 +50,12 @@ class RobotWatch:
         self._radius_m = radius_m
         self._eye_m = eye_m  # (2,) the point under the camera [body]
         self._known: list[_Known] = []
-        self._lost: list[tuple[Array, int]] = []  # place [odom] and frame
-        self._refused: list[tuple[Array, int]] = []  # the same
+        self._refused: list[tuple[Array, int]] = []  # place [odom] and frame
         self._frame = 0
 
     def expected_m(self, odom_from_body: Pose2) -> Array:
         """Return where the robots in view, and those lost just now, should be by now, (n, 2) [body]."""
-        places_m = [known.place_m + known.velocity_m for known in self._known] + [place_m for place_m, _ in self._lost]
+        places_m = [known.expected_m() for known in self._known]
         return odom_from_body.inverse().apply(np.array(places_m).reshape(-1, 2))
 
     def look(self, grey: Picture, odom_from_body: Pose2, bases: Array) -> list[RobotFit]:
@@ -77,24 +81,23 @@ class RobotWatch:
 
     def _tries(self) -> int:
         """Return how many new places may be tried in this frame: some while nobody is in view, then one in every other frame."""
-        return (self._frame % 2) if self._known else TRIES_PER_FRAME
+        return (self._frame % 2) if any(not known.missed for known in self._known) else TRIES_PER_FRAME
 
     def _follow(self, grey: Picture, odom_from_body: Pose2) -> list[RobotFit]:
-        """Find again the robots of the last frame; those not found are given up."""
+        """Find again the robots of the last frames; those not found for long are given up."""
         body_from_odom = odom_from_body.inverse()
         found: list[RobotFit] = []
         known: list[_Known] = []
         for last in self._known:
-            starts = [last.place_m + last.velocity_m, odom_from_body.apply(last.seen_m), last.place_m]
-            fit = self._best(grey, [body_from_odom.apply(start) for start in starts], thorough=last.is_due())
+            starts = [last.expected_m(), odom_from_body.apply(last.seen_m), last.place_m]
+            fit = self._best(grey, [body_from_odom.apply(start) for start in starts], thorough=last.is_due() and not last.missed)
             if fit is not None and not self._taken(fit.centre_m, found):
                 place = odom_from_body.apply(fit.centre_m)
                 found.append(fit)
                 known.append(_Known(place, place - last.place_m, fit.centre_m, last.frames + 1))
-            else:
-                self._lost.append((last.place_m + last.velocity_m, self._frame))
+            elif fit is None and last.missed < LOST_FRAMES - 1:
+                known.append(replace(last, place_m=last.expected_m(), missed=last.missed + 1))
         self._known = known
-        self._lost = [(place, frame) for place, frame in self._lost if self._frame - frame < LOST_FRAMES]
         return found
 
     def _best(self, grey: Picture, starts_m: list[Array], *, thorough: bool) -> RobotFit | None:

@@ -24,6 +24,7 @@ NOTHING, FLOOR, BASE = range(3)
 
 BASE_DEPTH_M = 0.04  # behind the base line an object goes on for at least this far, cables apart
 BASE_LINE_SIGMA_RAD = 0.002  # a base line lies in the picture to about a pixel
+CONVEX_SHARE = 0.98  # of its hull, that an outline has at least which was drawn as one
 _RESOLUTION_BLOCK = 8  # cells: it varies slowly
 
 Labels = NDArray[np.uint8]
@@ -58,7 +59,7 @@ def evidence_of(local_map: LocalMap, arena_from_body: Pose2, bodies: Sequence[Bo
     untold = [_to_cells(footprint_m, window) for footprint_m in missed]
     hidden = _filled(window, sectors + untold) | _disc(window, eye_m, local_map.body_radius_m)
     labels = _disc(window, eye_m, range_m)  # FLOOR, until something stands there
-    _paint_regions(labels, [_shape(region, local_map, arena_from_body, window) for region in local_map.regions])
+    _paint_regions(labels, [_shape(region, local_map, arena_from_body, window, bodies) for region in local_map.regions])
     labels *= hidden == 0
     return Evidence(window, labels)
 
@@ -89,15 +90,26 @@ def _paint_regions(labels: Labels, shapes: Sequence[_Shape]) -> None:
     labels *= within_reach & ((labels != BASE) | (behind == 0))
 
 
-def _shape(region: Region, local_map: LocalMap, arena_from_body: Pose2, window: Window) -> _Shape:
-    """Return a region's outline and what follows from it, as polygons in the window."""
+def _shape(region: Region, local_map: LocalMap, arena_from_body: Pose2, window: Window, bodies: Sequence[Body]) -> _Shape:
+    """Return a region's outline and what follows from it, as polygons in the window.
+
+    A convex region that takes in a robot as well is the hull of both, and its near border no base line.
+    """
     eye_m = np.array(arena_from_body[:2])
     outline_m = arena_from_body.apply(region.outline.metres())
     nearest_m = max(float(np.min(np.hypot(*(outline_m - eye_m).T))), CELL_M)
     further, nearer = nearest_m + BASE_DEPTH_M, max(nearest_m - _base_line_sigma(nearest_m, local_map.camera_height_m), 0.0)
     scales = np.array([nearest_m, further, nearer]) / nearest_m
     outline, behind, before = _to_cells(eye_m + scales[:, None, None] * (outline_m - eye_m), window)
-    return _Shape(outline, behind, before, region.motion != "moving")
+    stands = region.motion != "moving" and not _is_hull_with_robot(outline_m, bodies)
+    return _Shape(outline, behind, before, stands)
+
+
+def _is_hull_with_robot(outline_m: Array, bodies: Sequence[Body]) -> bool:
+    outline = outline_m.astype(np.float32)
+    is_convex = cv2.contourArea(outline) > CONVEX_SHARE * cv2.contourArea(cv2.convexHull(outline))
+    places_m = ((float(x_m), float(y_m)) for x_m, y_m in (body.position_m for body in bodies))
+    return is_convex and any(cv2.pointPolygonTest(outline, place_m, False) >= 0.0 for place_m in places_m)
 
 
 def _base_line_sigma(distance_m: float, camera_height_m: float) -> float:

@@ -152,6 +152,18 @@ def test_what_another_robot_hides_stays_as_it_was() -> None:
     assert world.cell(0.0, 0.4) == FREE
 
 
+def test_the_hull_of_a_thing_and_a_robot_has_no_base_line() -> None:
+    world = Map()
+    corners = np.vstack([smear_of(BOX, BOX_HEIGHT_M, WEST), smear_of(rectangle(-0.05, 0.3, 0.15, 0.15), BOX_HEIGHT_M, WEST)])
+    both = region_of(np.array(shapely.MultiPoint(corners).convex_hull.exterior.coords)[:-1], WEST)
+    between = (-0.105, 0.15)
+    world.see(WEST, [both], times=5)
+    assert world.cell(*between) == OCCUPIED
+    other = Map()
+    other.see(WEST, [both], [body_at(-0.05, 0.3)], times=5)
+    assert other.cell(*between) == UNKNOWN
+
+
 def test_the_floor_under_a_robot_is_free() -> None:
     world = Map()
     for _ in range(3):
