@@ -117,10 +117,10 @@ def test_followed_robots_are_expected_where_they_will_be(first: int, moments: li
 
 def test_a_robot_that_is_lost_is_expected_to_go_on_and_found_again_with_no_more_help(moments: list[Moment], watch: RobotWatch) -> None:
     begin(watch, moments)
-    for moment, following in pairwise(moments[2 : 2 + LOST_FRAMES // 2]):
+    for moment, following in pairwise(moments[2:6]):
         assert not look(watch, replace(moment, grey=np.zeros_like(moment.grey)), NO_BASES)
         expected_m = watch.expected_m(following.arena_from_body)
-        assert np.linalg.norm(expected_m[:, None] - following.robots_m, axis=2).min(axis=0).max() < 0.02
+        assert np.linalg.norm(expected_m[:, None] - following.robots_m, axis=2).min(axis=0).max() < 0.025
     assert len(look(watch, following, NO_BASES)) == 2
 
 
