@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from itertools import pairwise
 
 import cv2
 import numpy as np
@@ -115,12 +114,13 @@ def test_followed_robots_are_expected_where_they_will_be(first: int, moments: li
     assert np.linalg.norm(expected_m[:, None] - moment.robots_m, axis=2).min(axis=0).max() < 0.01
 
 
-def test_a_robot_that_is_lost_is_expected_to_go_on_and_found_again_with_no_more_help(moments: list[Moment], watch: RobotWatch) -> None:
-    begin(watch, moments)
-    for moment, following in pairwise(moments[2:6]):
-        assert not look(watch, replace(moment, grey=np.zeros_like(moment.grey)), NO_BASES)
-        expected_m = watch.expected_m(following.arena_from_body)
-        assert np.linalg.norm(expected_m[:, None] - following.robots_m, axis=2).min(axis=0).max() < 0.025
+@pytest.mark.parametrize("first", [0, 15, 35])
+def test_a_robot_that_is_lost_is_found_again_with_no_more_help(first: int, moments: list[Moment], watch: RobotWatch) -> None:
+    begin(watch, moments[first:])
+    missed, following = moments[first + 2 : first + 4]
+    assert not look(watch, replace(missed, grey=np.zeros_like(missed.grey)), NO_BASES)
+    expected_m = watch.expected_m(following.arena_from_body)
+    assert np.linalg.norm(expected_m[:, None] - following.robots_m, axis=2).min(axis=0).max() < 0.025
     assert len(look(watch, following, NO_BASES)) == 2
 
 
