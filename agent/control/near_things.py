@@ -18,6 +18,7 @@ from protocol.messages import LocalMap
 
 STATIC_S, MOVING_S = 20.0, 0.5  # how long something hidden is remembered ...
 SURE_S, BRIEF_S = 0.6, 2.0  # ... if it was seen for so long before; else
+AT_REST_S = 1.0  # what has moved is taken to move for so long after that
 
 
 class KnownBorders(NamedTuple):
@@ -52,6 +53,7 @@ class NearThings:
         self._radius_m = body_radius_m
         self._known = _NOTHING
         self._persistence = Persistence()
+        self._moved_ns: dict[int, int] = {}  # by label, when a thing last moved
 
     def see(self, local_map: LocalMap) -> None:
         """Take a local map; what it could not see stays as it was, all of it where its picture was dropped."""
@@ -68,12 +70,19 @@ class NearThings:
 
     def _lasting(self, local_map: LocalMap, odom_from_body: Pose2) -> KnownBorders:
         """Return what a local map shows and does not only flicker; sighted robots are sure at once."""
-        points, moving, labels = seen_borders(local_map, self._radius_m)
+        points, is_moving, labels = seen_borders(local_map, self._radius_m)
         points_m, stamp_ns = odom_from_body.apply(points), local_map.stamp_ns
+        moving = is_moving | self._moved_just_now(is_moving, labels, stamp_ns)
         is_young = self._persistence.is_young()
         since_ns = self._persistence.seen_since_ns(points_m, moving, labels, stamp_ns)
         seen = KnownBorders(points_m, moving, since_ns, np.full(len(points), stamp_ns))
         return seen.select((since_ns < stamp_ns) | (labels == SIGHTED) | is_young)
+
+    def _moved_just_now(self, moving: NDArray[np.bool_], labels: NDArray[np.int64], stamp_ns: int) -> NDArray[np.bool_]:
+        """Tell of which border points the things, by their labels, (n,), move, (n,), or did so lately."""
+        self._moved_ns = {label: moved_ns for label, moved_ns in self._moved_ns.items() if stamp_ns - moved_ns <= 1e9 * AT_REST_S}
+        self._moved_ns |= dict.fromkeys(np.unique(labels[moving & (labels != SIGHTED)]).tolist(), stamp_ns)
+        return np.isin(labels, list(self._moved_ns))
 
     def _hidden(self, odom_from_body: Pose2, hidden_range_m: float, stamp_ns: int) -> KnownBorders:
         """Return what is known and cannot be seen from here, and is not too old."""

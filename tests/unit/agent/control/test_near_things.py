@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from agent.control.borders import NEAR_M, SPACING_M, along_border, seen_borders
-from agent.control.near_things import BRIEF_S, MOVING_S, STATIC_S, SURE_S, NearThings
+from agent.control.near_things import AT_REST_S, BRIEF_S, MOVING_S, STATIC_S, SURE_S, NearThings
 from protocol.geometry import Pose2
 from tests.unit.agent.control.local_maps import Motion, box, local_map, region, sighting
 
@@ -103,6 +103,18 @@ def test_what_shows_briefly_where_a_robot_has_just_been_is_soon_forgotten() -> N
         near.see(local_map(stamp_ms, [region(box(AHEAD_M, 0.0), "unknown", label=stamp_ms)]))
     closer = Pose2(0.1, 0.0, 0.0)
     near.see(local_map(1200 + round(1e3 * BRIEF_S), odom_from_body=closer))
+    assert nearest(near, closer) == math.inf
+
+
+@pytest.mark.parametrize(("rest_s", "kept_s"), [(AT_REST_S, MOVING_S), (AT_REST_S + 0.1, STATIC_S)])
+def test_what_has_moved_is_taken_to_move_for_a_while(rest_s: float, kept_s: float) -> None:
+    near = NearThings(RADIUS_M)
+    last_ms = 1000 + round(1e3 * rest_s)
+    for stamp_ms in range(0, last_ms + 1, 100):
+        motion: Motion = "moving" if stamp_ms <= 1000 else "unknown"
+        near.see(local_map(stamp_ms, [region(box(AHEAD_M, 0.0), motion)]))
+    closer = Pose2(0.1, 0.0, 0.0)
+    near.see(local_map(last_ms + round(1e3 * kept_s) + 1, odom_from_body=closer))
     assert nearest(near, closer) == math.inf
 
 
