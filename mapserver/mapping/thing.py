@@ -24,7 +24,7 @@ MOST_HEIGHTS = 150  # the best resolved count
 HEIGHT_STEP_M = 0.002  # a height that changes by less leaves the footprint as it is
 LEAST_VIEWS, LEAST_VIEWS_WITHOUT_BASE = 3, 4  # of a thing whose base line is on the map, and of one whose is not
 LEAST_TOLD_SHARE, ENOUGH_TOLD = 0.2, 5  # of a thing's views tell its height, or so many do: what does so more seldom is a mixture ...
-SURE_BELIEF = 1.0  # ... unless it is believed in so much
+SURE_BELIEF = 1.0  # ... unless it is believed in so much; what has no base line on the map has to be
 GAIN = 0.4  # of belief, for one clear view
 MOST_BELIEF, SHOWN_BELIEF = 3.0, 0.3
 DISTANT_GAIN = 0.1  # what even a distant view adds
@@ -52,9 +52,10 @@ class Thing:
 
     def is_shown(self) -> bool:
         """Tell whether the thing belongs in the map."""
-        known = self.height_m is not None and self.observations >= (LEAST_VIEWS if len(self.base_m) else LEAST_VIEWS_WITHOUT_BASE)
+        least_views, least_belief = (LEAST_VIEWS, SHOWN_BELIEF) if len(self.base_m) else (LEAST_VIEWS_WITHOUT_BASE, SURE_BELIEF)
+        known = self.height_m is not None and self.observations >= least_views and self.belief > least_belief
         told = self.belief > SURE_BELIEF or len(self.heights) >= min(LEAST_TOLD_SHARE * self.observations, ENOUGH_TOLD)
-        return known and told and self.belief > SHOWN_BELIEF and self.shape.base.area > LEAST_AREA_M2
+        return known and told and self.shape.base.area > LEAST_AREA_M2
 
     def border_m(self) -> Array:
         """Return points on the footprint's border, (n, 2) [m; arena], and where the thing's base line was last seen."""

@@ -8,13 +8,29 @@ import shapely
 
 from mapserver.mapping.prism import Footprint
 from mapserver.mapping.silhouette import SeenHeight
-from mapserver.mapping.thing import MOST_HEIGHTS, SHOWN_BELIEF, Thing
+from mapserver.mapping.thing import MOST_HEIGHTS, SHOWN_BELIEF, SURE_BELIEF, Thing
+
+
+BASE_LINE_M = np.stack([np.linspace(0.0, 0.2, 21), np.zeros(21)], axis=1)
+
+
+def doubted(observations: int, told: int) -> Thing:
+    """Return a thing with a base line on the map that is hardly believed in, seen so often, its height told so often."""
+    base = shapely.box(0.0, 0.0, 0.2, 0.2)
+    thing = Thing(0, Footprint(base, np.array([0.1, 0.1]), np.zeros((2, 2))), np.zeros(2), 0.1, 0)
+    thing.belief, thing.observations, thing.base_m = 2.0 * SHOWN_BELIEF, observations, BASE_LINE_M
+    thing.heights = [SeenHeight(0.1, 1.0)] * told
+    return thing
 
 
 @pytest.mark.parametrize(("observations", "told", "is_shown"), [(5, 5, True), (12, 2, False), (12, 3, True), (2000, MOST_HEIGHTS, True)])
 def test_what_is_doubted_is_shown_only_where_its_views_tell_its_height(observations: int, told: int, is_shown: bool) -> None:
-    base = shapely.box(0.0, 0.0, 0.2, 0.2)
-    thing = Thing(0, Footprint(base, np.array([0.1, 0.1]), np.zeros((2, 2))), np.zeros(2), 0.1, 0)
-    thing.belief, thing.observations = 2.0 * SHOWN_BELIEF, observations
-    thing.heights = [SeenHeight(0.1, 1.0)] * told
-    assert thing.is_shown() == is_shown
+    assert doubted(observations, told).is_shown() == is_shown
+
+
+def test_what_has_no_base_line_on_the_map_is_shown_once_it_is_surely_believed_in() -> None:
+    thing = doubted(12, 12)
+    thing.base_m = np.empty((0, 2))
+    assert not thing.is_shown()
+    thing.belief = SURE_BELIEF + 0.1
+    assert thing.is_shown()
