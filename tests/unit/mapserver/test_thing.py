@@ -10,7 +10,6 @@ from mapserver.mapping.prism import Footprint
 from mapserver.mapping.silhouette import SeenHeight
 from mapserver.mapping.thing import MOST_HEIGHTS, SHOWN_BELIEF, SURE_BELIEF, Thing
 
-
 BASE_LINE_M = np.stack([np.linspace(0.0, 0.2, 21), np.zeros(21)], axis=1)
 
 
