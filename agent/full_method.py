@@ -28,7 +28,7 @@ from agent.vision.motion_vectors import no_vectors
 from agent.vision.outlines import Mask, find_borders, open_rings
 from agent.vision.range_profile import range_profile, round_bases, tall_bases
 from agent.vision.robot_fit import RobotFitter
-from agent.vision.robot_outlines import parted_from_robots
+from agent.vision.robot_outlines import parted_from_robots, shown_share
 from protocol.geometry import Array
 
 FLOOR_MARGIN_IN_HEIGHTS = 0.04  # floor this near to an object is not aligned with: its contact shadow, and the mask's own error
@@ -54,7 +54,7 @@ class FullMethod:
         self._patch = FloorPatch(projection, view)
         self._ego = EgoMotion(self._patch, WheelGeometry(body.wheel_radius_m, body.wheel_base_m), WheelNoise())
         self._corners = CornerFollower(view, projection, view.scale / float(np.mean(calibration.focal_px)))
-        self._body_radius_m, self._body_height_m = body.body_radius_m, body.body_height_m
+        self._body = body
         fitter = RobotFitter(projection, body.body_radius_m, body.body_height_m)
         self._eye_m = projection.body_from_camera[:2, 3]
         self._watch = RobotWatch(fitter, body.body_radius_m, self._eye_m)
@@ -89,9 +89,9 @@ class FullMethod:
             regions = describe(borders, labels, self._corners.tracks, self._floor_view, self._projection)
         with stage("robots"):
             profile = range_profile(borders, self._floor_view, self._eye_m)
-            bases = round_bases(profile, self._body_radius_m, BASE_TOLERANCE_IN_HEIGHTS * self._height_m)
-            tall = tall_bases(bases, self._body_height_m, borders, self._floor_view, self._projection)
-            robots = self._watch.look(grey, motion.odom_from_body, tall)
+            bases = round_bases(profile, self._body.body_radius_m, BASE_TOLERANCE_IN_HEIGHTS * self._height_m)
+            tall = tall_bases(bases, self._body.body_height_m, borders, self._floor_view, self._projection)
+            robots = self._watch.look(grey, motion.odom_from_body, tall, self._shown_in(mask))
         with stage("report"):
             self._show = partial(make_view, stamp_ns, picture, mask, self._floor_view, (vectors, kept), regions, robots)
             seen = Surroundings(FLOOR_RANGE_IN_HEIGHTS * self._height_m, regions, robots)
@@ -106,9 +106,13 @@ class FullMethod:
         reported = local_map(frame, motion, None, self._floor_view.body_range_m, self._height_m)
         return Step(reported, motion_summary(frame, vectors, kept))
 
+    def _shown_in(self, mask: Mask) -> Callable[[Array], float]:
+        """Return how much of a robot at a place is no floor in a mask."""
+        return lambda centre_m: shown_share(mask, centre_m, self._body, self._floor_view, self._projection)
+
     def _parted(self, mask: Mask, robots_m: Array) -> Mask:
         """Return the mask of what is not floor with a gap between things, and around the robots expected at (n, 2) [body]."""
-        alone = parted_from_robots(mask, robots_m, self._body_radius_m, self._floor_view, self._projection)
+        alone = parted_from_robots(mask, robots_m, self._body.body_radius_m, self._floor_view, self._projection)
         return cut_at_depth_steps(open_rings(alone, self._floor_view), self._floor_view, DEPTH_STEP_IN_HEIGHTS * self._height_m)
 
     def _reduce(self, picture: Picture) -> tuple[Picture, Picture, Picture]:

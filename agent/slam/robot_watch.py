@@ -6,6 +6,7 @@ which the whole silhouette of a robot's body was found.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -20,9 +21,12 @@ LOST_FRAMES = 10  # a robot that is not found again is looked for where it shoul
 NEW_FRAMES, CHECK_FRAMES = 3, 5  # a robot is looked at from all its likely places in its first frames, and then in every fifth
 CONVINCING_SUPPORT, CONVINCING_MISFIT_PX = 0.75, 0.35  # of a whole silhouette in plain sight; a ring above the base fits its sides worse
 NEARER_M = 0.008  # a fit starts this much nearer than expected: more than a robot's place is wrong by, less than to its next edge
+LEAST_SHOWN = 0.7  # of a robot's near side that is no floor: a pattern on the floor may have a silhouette's edges
 RING_M = 0.03  # the painted ring above the base appears about this much farther out
 SAME_PLACE_M = 0.06  # under a body's radius: what is tried again there would be the same thing
 SAME_START_M = 0.003  # starts nearer to each other than this end in the same fit
+
+Shown = Callable[[Array], float]
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,10 +62,13 @@ class RobotWatch:
         places_m = [known.expected_m() for known in self._known]
         return odom_from_body.inverse().apply(np.array(places_m).reshape(-1, 2))
 
-    def look(self, grey: Picture, odom_from_body: Pose2, bases: Array) -> list[RobotFit]:
-        """Return all robots found in a grey camera picture; `bases`, (n, 2), are range and bearing from the camera of what might be one."""
+    def look(self, grey: Picture, odom_from_body: Pose2, bases: Array, shown: Shown) -> list[RobotFit]:
+        """Return all robots found in a grey camera picture; `bases`, (n, 2), are range and bearing from the camera of what might be one.
+
+        `shown` tells for a place, (2,) [body], how much of a robot that stands there is no floor.
+        """
         self._frame += 1
-        found = self._follow(grey, odom_from_body)
+        found = self._follow(grey, odom_from_body, shown)
         tries_left = self._tries()
         for range_m, bearing_rad in bases:
             centre = self._eye_m + range_m * np.array([np.cos(bearing_rad), np.sin(bearing_rad)])
@@ -72,7 +79,7 @@ class RobotWatch:
                 continue
             tries_left -= 1
             fit = self._try(grey, float(range_m), float(bearing_rad))
-            if fit is None or self._taken(fit.centre_m, found):
+            if fit is None or shown(fit.centre_m) < LEAST_SHOWN or self._taken(fit.centre_m, found):
                 self._refused.append((place, self._frame))
             else:
                 found.append(fit)
@@ -83,7 +90,7 @@ class RobotWatch:
         """Return how many new places may be tried in this frame: some while nobody is in view, then one in every other frame."""
         return (self._frame % 2) if any(not known.missed for known in self._known) else TRIES_PER_FRAME
 
-    def _follow(self, grey: Picture, odom_from_body: Pose2) -> list[RobotFit]:
+    def _follow(self, grey: Picture, odom_from_body: Pose2, shown: Shown) -> list[RobotFit]:
         """Find again the robots of the last frames; those not found for long are given up."""
         body_from_odom = odom_from_body.inverse()
         found: list[RobotFit] = []
@@ -91,11 +98,12 @@ class RobotWatch:
         for last in self._known:
             starts = [last.expected_m(), odom_from_body.apply(last.seen_m), last.place_m]
             fit = self._best(grey, [body_from_odom.apply(start) for start in starts], thorough=last.is_due() and not last.missed)
-            if fit is not None and not self._taken(fit.centre_m, found):
+            is_found = fit is not None and shown(fit.centre_m) >= LEAST_SHOWN
+            if fit is not None and is_found and not self._taken(fit.centre_m, found):
                 place = odom_from_body.apply(fit.centre_m)
                 found.append(fit)
                 known.append(_Known(place, place - last.place_m, fit.centre_m, last.frames + 1))
-            elif fit is None and last.missed < LOST_FRAMES - 1:
+            elif not is_found and last.missed < LOST_FRAMES - 1:
                 known.append(replace(last, place_m=last.expected_m(), missed=last.missed + 1))
         self._known = known
         return found

@@ -74,7 +74,7 @@ def watch(fitter: CountingFitter) -> RobotWatch:
 
 
 def look(watch: RobotWatch, moment: Moment, bases: Array) -> list[RobotFit]:
-    return watch.look(moment.grey, moment.arena_from_body, bases)
+    return watch.look(moment.grey, moment.arena_from_body, bases, lambda place_m: 1.0)
 
 
 def begin(watch: RobotWatch, first: list[Moment]) -> None:
@@ -178,6 +178,14 @@ def test_no_more_places_are_tried_in_a_frame_than_time_allows(moments: list[Mome
     assert [bearing for _, bearing in fitter.searched] == pytest.approx([-0.9, -0.45][:TRIES_PER_FRAME])
     look(watch, moments[0], bare)
     assert [bearing for _, bearing in fitter.searched] == pytest.approx([-0.9, -0.45, 0.0, 0.45][: 2 * TRIES_PER_FRAME])
+
+
+def test_nothing_is_a_robot_through_which_floor_shows(moments: list[Moment], watch: RobotWatch) -> None:
+    found = watch.look(moments[0].grey, moments[0].arena_from_body, moments[0].bases(), lambda place_m: 0.5)
+    assert found == []
+    begin(watch, moments[PAUSE_FRAMES:])
+    moment = moments[PAUSE_FRAMES + 2]
+    assert watch.look(moment.grey, moment.arena_from_body, NO_BASES, lambda place_m: 0.5) == []
 
 
 def test_robots_that_are_out_of_view_are_given_up(moments: list[Moment], watch: RobotWatch) -> None:
