@@ -19,11 +19,8 @@ Mask = NDArray[np.uint8]
 
 GAP_M = 0.025  # around a robot: its contact shadow, and what its place is wrong by
 ARC_POINTS = 9
-NEAR_FACE, ASIDE, UPWARDS = (
-    0.85,
-    np.array([-0.4, 0.0, 0.4]),
-    np.linspace(0.05, 0.9, 6),
-)  # of a body's radius, and height: where its side shows
+NEAR_FACE, ASIDE = 0.85, np.array([-0.4, 0.0, 0.4])  # of a body's radius: where its side shows ...
+UPWARDS = np.linspace(0.05, 0.9, 6)  # ... and of its height
 SHIFT_BITS = 4  # binary digits of a pixel's parts
 
 
