@@ -72,16 +72,17 @@ class NearThings:
         """Return what a local map shows and does not only flicker; sighted robots are sure at once."""
         points, is_moving, labels = seen_borders(local_map, self._radius_m)
         points_m, stamp_ns = odom_from_body.apply(points), local_map.stamp_ns
-        moving = is_moving | self._moved_just_now(is_moving, labels, stamp_ns)
+        moving = is_moving | self._moved_just_now(local_map, labels)
         is_young = self._persistence.is_young()
         since_ns = self._persistence.seen_since_ns(points_m, moving, labels, stamp_ns)
         seen = KnownBorders(points_m, moving, since_ns, np.full(len(points), stamp_ns))
         return seen.select((since_ns < stamp_ns) | (labels == SIGHTED) | is_young)
 
-    def _moved_just_now(self, moving: NDArray[np.bool_], labels: NDArray[np.int64], stamp_ns: int) -> NDArray[np.bool_]:
-        """Tell of which border points the things, by their labels, (n,), move, (n,), or did so lately."""
+    def _moved_just_now(self, local_map: LocalMap, labels: NDArray[np.int64]) -> NDArray[np.bool_]:
+        """Tell of which border points the things, by their labels, (n,), move, or did lately; a robot beside a thing does not move it."""
+        stamp_ns = local_map.stamp_ns
         self._moved_ns = {label: moved_ns for label, moved_ns in self._moved_ns.items() if stamp_ns - moved_ns <= 1e9 * AT_REST_S}
-        self._moved_ns |= dict.fromkeys(np.unique(labels[moving & (labels != SIGHTED)]).tolist(), stamp_ns)
+        self._moved_ns |= {region.label: stamp_ns for region in local_map.regions if region.motion == "moving"}
         return np.isin(labels, list(self._moved_ns))
 
     def _hidden(self, odom_from_body: Pose2, hidden_range_m: float, stamp_ns: int) -> KnownBorders:

@@ -118,6 +118,16 @@ def test_what_has_moved_is_taken_to_move_for_a_while(rest_s: float, kept_s: floa
     assert nearest(near, closer) == math.inf
 
 
+def test_a_robot_that_touches_a_thing_does_not_make_all_of_it_move() -> None:
+    near = NearThings(RADIUS_M)
+    thing = region(box(AHEAD_M, 0.0, 0.2, 0.6))
+    for stamp_ms in range(0, 1001, 100):
+        near.see(local_map(stamp_ms, [thing], sightings=[sighting(float(np.hypot(AHEAD_M, 0.3)), float(np.arctan2(0.3, AHEAD_M)))]))
+    closer = Pose2(0.1, 0.0, 0.0)
+    near.see(local_map(1000 + round(1e3 * BRIEF_S) + 1000, odom_from_body=closer))
+    assert nearest(near, closer) < 0.2
+
+
 def test_what_shows_only_at_the_own_bodys_edge_is_no_thing() -> None:
     assert not len(seen_borders(local_map(0, [region(box(0.21, 0.0, 0.01, 0.01))]), RADIUS_M).points_m)
 
