@@ -89,7 +89,7 @@ class CornerFollower:
         return odom_from_body.apply(self._projection.body_from_camera[:2, 3])
 
     def _pixels(self, floor_m: Array) -> Array:
-        return (self._projection.pixels_from_floor(floor_m) - self._view.origin_px) / self._view.scale
+        return self._view.view_pixels(self._projection.pixels_from_floor(floor_m))
 
     def _sigmas(self, places_m: Array, odom_from_body: Pose2) -> Array:
         return feature_tracks.place_sigmas(places_m, odom_from_body, self._projection.camera_height_m, self._rad_per_px)

@@ -102,10 +102,15 @@ def _static(label: int, outline: Array, corners: Corners, sight: _Sight) -> Seen
     """Return a thing that stands, down to its base unless that is hidden behind another thing."""
     height_m = _height(corners.slopes, sight.rig.camera_height_m)
     share = base_share(np.hypot(*(outline - sight.eye).T), corners, sight.rig)
+    whole = outline if share == 1.0 else _down_to_base(outline, share, sight)
+    return SeenRegion(label, whole, centre_of_polygon(whole), "static", height_m, flat=False)
+
+
+def _down_to_base(outline: Array, share: float, sight: _Sight) -> Array:
+    """Return the outline, (n, 2) [m; body], with the base that begins at a share of its range, unless another thing hides that."""
     base = convex_hull(sight.eye + share * (outline - sight.eye))
-    if share < 1.0 and not any(overlap(base, other) > MOST_HIDDEN * signed_area(base) for other in sight.others):
-        outline = convex_hull(np.concatenate([outline, base]))
-    return SeenRegion(label, outline, centre_of_polygon(outline), "static", height_m, flat=False)
+    is_hidden = any(overlap(base, other) > MOST_HIDDEN * signed_area(base) for other in sight.others)
+    return outline if is_hidden else convex_hull(np.concatenate([outline, base]))
 
 
 def _motion(moving: int, static: int) -> Literal["static", "moving", "unknown"]:

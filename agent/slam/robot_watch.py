@@ -78,8 +78,8 @@ class RobotWatch:
             if self._taken(centre, found) or self._resting(place):
                 continue
             tries_left -= 1
-            fit = self._try(grey, float(range_m), float(bearing_rad))
-            if fit is None or shown(fit.centre_m) < LEAST_SHOWN or self._taken(fit.centre_m, found):
+            fit = _if_shown(self._try(grey, float(range_m), float(bearing_rad)), shown)
+            if fit is None or self._taken(fit.centre_m, found):
                 self._refused.append((place, self._frame))
             else:
                 found.append(fit)
@@ -98,12 +98,12 @@ class RobotWatch:
         for last in self._known:
             starts = [last.expected_m(), odom_from_body.apply(last.seen_m), last.place_m]
             fit = self._best(grey, [body_from_odom.apply(start) for start in starts], thorough=last.is_due() and not last.missed)
-            is_found = fit is not None and shown(fit.centre_m) >= LEAST_SHOWN
-            if fit is not None and is_found and not self._taken(fit.centre_m, found):
+            fit = _if_shown(fit, shown)
+            if fit is not None and not self._taken(fit.centre_m, found):
                 place = odom_from_body.apply(fit.centre_m)
                 found.append(fit)
                 known.append(_Known(place, place - last.place_m, fit.centre_m, last.frames + 1))
-            elif not is_found and last.missed < LOST_FRAMES - 1:
+            elif fit is None and last.missed < LOST_FRAMES - 1:
                 known.append(replace(last, place_m=last.expected_m(), missed=last.missed + 1))
         self._known = known
         return found
@@ -133,6 +133,11 @@ class RobotWatch:
     def _try(self, grey: Picture, range_m: float, bearing_rad: float) -> RobotFit | None:
         start = self._fitter.search(grey, range_m - self._radius_m, bearing_rad)
         return None if start is None else self._fitter.fit(grey, start)
+
+
+def _if_shown(fit: RobotFit | None, shown: Shown) -> RobotFit | None:
+    """Return a fit, or None where floor shows through it."""
+    return fit if fit is not None and shown(fit.centre_m) >= LEAST_SHOWN else None
 
 
 def _apart(starts_m: list[Array]) -> list[Array]:

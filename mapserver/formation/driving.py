@@ -181,9 +181,9 @@ class Driving:
         if drawn_in_m < OPENING_M:
             return
         plan = narrowed_anew(self.plan, self.arc_m, self._body, cost_map)
-        meets_m = meets_from_m(plan, self.arc_m, self._body)
-        is_clear = self._clear_until(plan, cost_map) == math.inf and meets_m >= self._meets_m
-        if is_clear and plan.drawn_in_m(ahead_m).mean() < drawn_in_m - OPENING_M:
+        if plan.drawn_in_m(ahead_m).mean() >= drawn_in_m - OPENING_M:
+            return
+        if self._clear_until(plan, cost_map) == math.inf and meets_from_m(plan, self.arc_m, self._body) >= self._meets_m:
             self._take(plan)
 
     def _take(self, plan: Plan) -> None:

@@ -64,7 +64,7 @@ def _left_of_edges(points: Array, polygon: Array) -> Array:
 
 def view_pixels(floor_m: ArrayLike) -> Array:
     """Return where floor points, (n, 2) [m], are in the view, (n, 2) [px]."""
-    return (PROJECTION.pixels_from_floor(floor_m) - VIEW.origin_px) / VIEW.scale
+    return VIEW.view_pixels(PROJECTION.pixels_from_floor(floor_m))
 
 
 def watched(points: ArrayLike, label: int = 1, way_m: Array = WAY_M, along: bool = False) -> Tracks:
