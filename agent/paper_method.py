@@ -125,7 +125,7 @@ class PaperMethod:
         labelled = (regions.image > 0).astype(np.uint8)
         whole[rows, cols] = cv2.resize(labelled, (cols.stop - cols.start, rows.stop - rows.start), interpolation=cv2.INTER_NEAREST)
         corners = find_corners(grey, PAPER, whole)
-        return _Last(grey, corners, regions.labels_at((corners - view.origin_px) / view.scale))
+        return _Last(grey, corners, regions.labels_at(view.view_pixels(corners)))
 
     def _message(self, frame: Frame, motion: Motion, seen: Surroundings | None) -> LocalMap:
         return local_map(frame, motion, seen, self._floor_view.body_range_m, self._projection.camera_height_m)

@@ -39,7 +39,7 @@ class FloorPatch:
         range_m = np.hypot(x, y)
         pixels = np.nan_to_num(projection.pixels_from_floor(self.points_m.reshape(-1, 2)), nan=-1e3).reshape(*x.shape, 2)
         self._map = _remap_table(pixels)
-        self._view_map = _remap_table((pixels - view.origin_px) / view.scale)
+        self._view_map = _remap_table(view.view_pixels(pixels))
         self._ring = (range_m > view.body_range_m) & (range_m < self.reach_m - 2.0 * self.cell_m)
 
     def sample(self, grey: Picture) -> Field:

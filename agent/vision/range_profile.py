@@ -60,7 +60,7 @@ def tall_bases(bases: Array, height_m: float, borders: Borders, view: FloorView,
     axis = projection.body_from_camera[:2, 3] + (range_m * np.stack([np.cos(bearing), np.sin(bearing)])).T
     heights = height_m * _AXIS_SHARES
     points = np.concatenate([np.repeat(axis, len(heights), axis=0), np.tile(heights, len(axis))[:, None]], axis=1)
-    pixels = (projection.pixels_from_points(points) - view.origin_px) / view.scale
+    pixels = view.view_pixels(projection.pixels_from_points(points))
     inside = np.all((pixels >= 0.0) & (pixels < (view.valid.shape[1] - 1, view.valid.shape[0] - 1)), axis=1)
     u, v = np.rint(np.where(inside[:, None], pixels, 0.0)).astype(np.intp).T
     in_view = (inside & view.valid[v, u]).reshape(len(axis), -1)
