@@ -11,39 +11,36 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from agent.control.borders import NEAR_M, SIGHTED, SPACING_M, Borders, norms, seen_borders
+from agent.control.borders import NEAR_M, SPACING_M, Borders, norms, seen_borders
 from agent.control.persistence import Persistence
 from protocol.geometry import Array, Pose2
 from protocol.messages import LocalMap
 
-STATIC_S, MOVING_S = 20.0, 0.5  # how long something hidden is remembered ...
-SURE_S, BRIEF_S = 0.6, 2.0  # ... if it was seen for so long before; else
+STATIC_S, MOVING_S = 20.0, 0.5  # how long something hidden is remembered
 AT_REST_S = 1.0  # what has moved is taken to move for so long after that
 
 
 class KnownBorders(NamedTuple):
-    """Border points in the odometry's frame, since when each has been seen, and when it was last."""
+    """Border points in the odometry's frame, and when each was last seen."""
 
     points_m: Array  # (n, 2) [odom]
     moving: NDArray[np.bool_]  # (n,)
-    since_ns: NDArray[np.int64]  # (n,)
     seen_ns: NDArray[np.int64]  # (n,)
 
     def select(self, rows: NDArray[Any]) -> KnownBorders:
         """Return some of the points, by mask or index."""
-        return KnownBorders(self.points_m[rows], self.moving[rows], self.since_ns[rows], self.seen_ns[rows])
+        return KnownBorders(self.points_m[rows], self.moving[rows], self.seen_ns[rows])
 
     def joined(self, other: KnownBorders) -> KnownBorders:
         """Return the points of both."""
         return KnownBorders(*(np.concatenate(pair) for pair in zip(self, other, strict=True)))
 
-    def memory_ns(self) -> Array:
-        """Return how long each is remembered once it is hidden, (n,)."""
-        static_s = np.where(self.seen_ns - self.since_ns >= 1e9 * SURE_S, STATIC_S, BRIEF_S)
-        return np.asarray(1e9 * np.where(self.moving, MOVING_S, static_s))
+    def until_ns(self) -> Array:
+        """Return until when each is remembered once it is hidden, (n,)."""
+        return np.asarray(self.seen_ns + 1e9 * np.where(self.moving, MOVING_S, STATIC_S))
 
 
-_NOTHING = KnownBorders(np.empty((0, 2)), np.empty(0, dtype=np.bool_), np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int64))
+_NOTHING = KnownBorders(np.empty((0, 2)), np.empty(0, dtype=np.bool_), np.empty(0, dtype=np.int64))
 
 
 class NearThings:
@@ -60,7 +57,7 @@ class NearThings:
         odom_from_body = Pose2(*local_map.odom_from_body)
         if local_map.picture == "used":
             hidden = self._hidden(odom_from_body, local_map.body_radius_m, local_map.stamp_ns)
-            self._known = self._lasting(local_map, odom_from_body).joined(thinned(hidden))  # newest first
+            self._known = self._lasting(local_map, odom_from_body).joined(thinned(hidden))
 
     def around(self, odom_from_body: Pose2) -> Borders:
         """Return the borders [body] around the robot where it now is."""
@@ -69,14 +66,11 @@ class NearThings:
         return Borders(points[near], self._known.moving[near])
 
     def _lasting(self, local_map: LocalMap, odom_from_body: Pose2) -> KnownBorders:
-        """Return what a local map shows and does not only flicker; sighted robots are sure at once."""
+        """Return what a local map shows and does not only flicker."""
         points, is_moving, labels = seen_borders(local_map, self._radius_m)
-        points_m, stamp_ns = odom_from_body.apply(points), local_map.stamp_ns
         moving = is_moving | self._moved_just_now(local_map, labels)
-        is_young = self._persistence.is_young()
-        since_ns = self._persistence.seen_since_ns(points_m, moving, labels, stamp_ns)
-        seen = KnownBorders(points_m, moving, since_ns, np.full(len(points), stamp_ns))
-        return seen.select((since_ns < stamp_ns) | (labels == SIGHTED) | is_young)
+        seen = KnownBorders(odom_from_body.apply(points), moving, np.full(len(points), local_map.stamp_ns))
+        return seen.select(self._persistence.lasting(seen.points_m, labels))
 
     def _moved_just_now(self, local_map: LocalMap, labels: NDArray[np.int64]) -> NDArray[np.bool_]:
         """Tell of which border points the things, by their labels, (n,), move, or did lately; a robot beside a thing does not move it."""
@@ -88,11 +82,12 @@ class NearThings:
     def _hidden(self, odom_from_body: Pose2, hidden_range_m: float, stamp_ns: int) -> KnownBorders:
         """Return what is known and cannot be seen from here, and is not too old."""
         ranges = norms(odom_from_body.inverse().apply(self._known.points_m))
-        return self._known.select((ranges < hidden_range_m) & (stamp_ns - self._known.seen_ns <= self._known.memory_ns()))
+        return self._known.select((ranges < hidden_range_m) & (stamp_ns <= self._known.until_ns()))
 
 
 def thinned(known: KnownBorders) -> KnownBorders:
-    """Return the first point of each square of SPACING_M, so that no place is remembered twice."""
-    cells = np.floor(known.points_m / SPACING_M).astype(np.int64)
+    """Return of each square of SPACING_M the point that is remembered longest, so that none is remembered twice."""
+    longest_first = known.select(np.argsort(-known.until_ns(), kind="stable"))
+    cells = np.floor(longest_first.points_m / SPACING_M).astype(np.int64)
     _, first = np.unique(cells[:, 0] * 2**32 + cells[:, 1], return_index=True)
-    return known.select(np.sort(first))
+    return longest_first.select(np.sort(first))

@@ -1,4 +1,4 @@
-"""Since when what a local map shows has been seen: reflections, and what is left of a shadow, only flicker."""
+"""What is seen again and again, and what only flickers: reflections, and what is left of a shadow, are seldom seen twice."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from agent.control.borders import SIGHTED
 from protocol.geometry import Array
 
 MAPS = 2  # before the newest, in one of which a thing must have been seen as well
@@ -15,56 +16,36 @@ SAME_PLACE_M = 0.03  # a border seen again is found within this
 
 _NEIGHBOURS = np.array([(column, row) for column in (-1, 0, 1) for row in (-1, 0, 1)])
 
-Numbers = NDArray[np.int64]
 
+class _Past(NamedTuple):
+    """One earlier local map."""
 
-class _Since(NamedTuple):
-    """Since when each of some numbers has been seen."""
-
-    numbers: Numbers  # (k,) ascending
-    since_ns: Numbers  # (k,)
-
-    @classmethod
-    def of(cls, numbers: Numbers, since_ns: Numbers) -> _Since:
-        """Keep of each number, (n,), the earliest time."""
-        order = np.argsort(since_ns, kind="stable")
-        unique, first = np.unique(numbers[order], return_index=True)
-        return cls(unique, since_ns[order][first])
-
-    def earliest(self, numbers: Numbers, since_ns: Numbers) -> Numbers:
-        """Return the times, (n,), or those of the same numbers, (n,), where they are earlier."""
-        if not len(self.numbers):
-            return since_ns
-        at = np.minimum(np.searchsorted(self.numbers, numbers), len(self.numbers) - 1)
-        return np.where(self.numbers[at] == numbers, np.minimum(self.since_ns[at], since_ns), since_ns)
+    labels: NDArray[np.int64]  # (k,)
+    cells: NDArray[np.int64]  # (m,) of border points, and those around them
 
 
 class Persistence:
     """Remembers the last few local maps of one robot."""
 
     def __init__(self) -> None:
-        self._past: deque[tuple[_Since, _Since]] = deque(maxlen=MAPS)  # by label, and by place
+        self._past: deque[_Past] = deque(maxlen=MAPS)
 
-    def is_young(self) -> bool:
-        """Tell whether there have been too few local maps to tell what only flickers."""
-        return len(self._past) < MAPS
+    def lasting(self, points_m: Array, labels: NDArray[np.int64]) -> NDArray[np.bool_]:
+        """Tell which of a local map's border points, (n, 2) [odom], of things with labels (n,), were there before as well.
 
-    def seen_since_ns(self, points_m: Array, moving: NDArray[np.bool_], labels: Numbers, stamp_ns: int) -> Numbers:
-        """Return since when each of a local map's border points, (n,), has been seen: its stamp, where that is for the first time.
-
-        The points, (n, 2) [odom], lie on things with labels (n,), some of them moving, (n,). A thing is known again by its label or by its
-        place, since what moves keeps no place, and what has no corners keeps no label; where something moved nothing else is known again.
+        A thing is known again by its label or by its place, since what moves keeps no place, and what has no corners keeps no label.
+        Sighted robots are sure at once. As long as there are too few maps, everything lasts.
         """
         cells = np.floor(points_m / SAME_PLACE_M).astype(np.int64)
-        own = _numbers(cells, moving)
-        since_ns = np.full(len(labels), stamp_ns, dtype=np.int64)
-        for by_label, by_place in self._past:
-            since_ns = by_place.earliest(own, by_label.earliest(labels, since_ns))
-        around = _numbers((cells[:, None] + _NEIGHBOURS).reshape(-1, 2), np.repeat(moving, len(_NEIGHBOURS)))
-        self._past.append((_Since.of(labels, since_ns), _Since.of(around, np.repeat(since_ns, len(_NEIGHBOURS)))))
-        return since_ns
+        own = _numbers(cells)
+        lasts = (labels == SIGHTED) | (len(self._past) < MAPS)
+        for past in self._past:
+            lasts |= np.isin(labels, past.labels) | np.isin(own, past.cells)
+        around = _numbers((cells[:, None] + _NEIGHBOURS).reshape(-1, 2))
+        self._past.append(_Past(np.unique(labels), np.unique(around)))
+        return np.asarray(lasts)
 
 
-def _numbers(cells: Numbers, moving: NDArray[np.bool_]) -> Numbers:
-    """Return one number, (n,), for each cell (n, 2), and another for what moves there, (n,)."""
-    return np.asarray((cells[:, 0] * 2**31 + cells[:, 1]) * 2 + moving)
+def _numbers(cells: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Return one number, (n,), for each cell (n, 2)."""
+    return np.asarray(cells[:, 0] * 2**32 + cells[:, 1])
