@@ -65,7 +65,7 @@ def describe(borders: Borders, labels: NDArray[np.int32], tracks: Tracks, view: 
         own = tracks.labels == label
         motion = _motion(int(moving[own].sum()), int(settled[own].sum()))
         telling = own & settled
-        if motion == "unknown" and is_mark(outline - eye, rig.camera_height_m):
+        if motion == "unknown" and is_mark(outline - eye, rig.camera_height_m, rig.body_range_m):
             described.append(SeenRegion(int(label), outline, centre_of_polygon(outline), motion, None, flat=True))
         elif motion != "static":
             described.append(SeenRegion(int(label), outline, centre_of_polygon(outline), motion, None, flat=False))
