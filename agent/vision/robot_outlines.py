@@ -8,20 +8,17 @@ from __future__ import annotations
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from agent.rig import Body
 from agent.vision.floor_projection import FloorProjection
 from agent.vision.floor_view import FloorView
+from agent.vision.outlines import SHIFT_BITS, Mask
 from protocol.geometry import Array
-
-Mask = NDArray[np.uint8]
 
 GAP_M = 0.025  # around a robot: its contact shadow, and what its place is wrong by
 ARC_POINTS = 9
 NEAR_FACE, ASIDE = 0.85, np.array([-0.4, 0.0, 0.4])  # of a body's radius: where its side shows ...
 UPWARDS = np.linspace(0.05, 0.9, 6)  # ... and of its height
-SHIFT_BITS = 4  # binary digits of a pixel's parts
 
 
 def shown_share(not_floor: Mask, centre_m: Array, body: Body, view: FloorView, projection: FloorProjection) -> float:

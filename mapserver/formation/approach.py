@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 
 import numpy as np
 
@@ -135,6 +136,11 @@ def holds(pose: Pose2, slot: Pose2) -> bool:
     """Tell whether a robot is so near to its slot that it needs no way of its own."""
     off = slot.between(pose)
     return math.hypot(off.x_m, off.y_m) <= HELD_M and abs(off.theta_rad) <= HELD_RAD
+
+
+def bodies_of(poses: Mapping[str, Pose2], besides: str, radius_m: float) -> list[Disc]:
+    """Return all robots but one as things in the way."""
+    return [Disc(np.array(pose[:2]), radius_m) for name, pose in poses.items() if name != besides]
 
 
 def approach(start: Pose2, slot: Pose2, others: list[Disc], radius_m: float, cost_map: CostMap) -> Approach | None:

@@ -8,9 +8,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from mapserver.formation.approach import approach
+from mapserver.formation.approach import approach, bodies_of
 from mapserver.formation.assignment import assign, total_distance_m
-from mapserver.formation.costmap import CostMap, Disc
+from mapserver.formation.costmap import CostMap
 from mapserver.formation.falling_in import column_backs
 from mapserver.formation.follow import LEAST_SIDE_M, Body, Plan, make_plan, meets_from_m
 from mapserver.formation.onward import NEAR_M, berth_of, ways_on
@@ -88,9 +88,8 @@ def _effort_m(plan: Plan, arc_m: float, poses: Mapping[str, Pose2], body: Body, 
     """Return how far all have to go to their slots, round each other and round things, turns included."""
     effort_m = 0.0
     for name, reference in plan.references(arc_m, 0.0).items():
-        others = [Disc(np.array(pose[:2]), body.radius_m) for other, pose in poses.items() if other != name]
         slot = reference.arena_from_body
-        way = approach(poses[name], slot, others, body.radius_m, cost_map)
+        way = approach(poses[name], slot, bodies_of(poses, name, body.radius_m), body.radius_m, cost_map)
         effort_m += TURNING_M_RAD * abs(slot.between(poses[name]).theta_rad)
         effort_m += HINDERED_M if way is None else 0.0 if way.lane is None else way.lane.length_m
     return effort_m

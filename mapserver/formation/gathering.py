@@ -5,10 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 
-import numpy as np
-
-from mapserver.formation.approach import Approach, approach, holds, keeps_clear
-from mapserver.formation.costmap import CostMap, Disc
+from mapserver.formation.approach import Approach, approach, bodies_of, holds, keeps_clear
+from mapserver.formation.costmap import CostMap
 from mapserver.formation.follow import Body, Plan
 from mapserver.formation.trail import Reference
 from protocol.geometry import Array, Pose2
@@ -64,7 +62,7 @@ class Gathering:
     def _set_out(self, poses: Mapping[str, Pose2], cost_map: CostMap) -> None:
         """Send off whoever has a way that keeps clear of all others."""
         for name in sorted(self._missing, key=lambda name: math.dist(poses[name][:2], self._slots[name][:2])):
-            others = [Disc(np.array(poses[other][:2]), self.body.radius_m) for other in self.plan.names if other != name]
+            others = bodies_of(poses, name, self.body.radius_m)
             way = approach(poses[name], self._slots[name], others, self.body.radius_m, cost_map)
             if way is not None and self._keeps_clear(way.way_m()):
                 self._ways[name] = way
