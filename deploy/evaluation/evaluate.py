@@ -73,7 +73,7 @@ def _score_formation(run_dir: Path, truth: Truth) -> FormationScore | None:
         return score_formation(rows, truth.trajectories)
     config = load_config(config_file)
     offsets = follower_offsets(config.formation.shape(), len(config.robots) - 1)
-    return score_formation(rows, truth.trajectories, Room(truth, offsets).is_there)
+    return score_formation(rows, truth.trajectories, Room(truth, offsets).slots)
 
 
 def _score_team(estimates: dict[str, Trajectory], truth: Truth) -> TeamPaths:

@@ -15,6 +15,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from deploy.evaluation.formation_restored import Whole, how_whole, restored_s
+from deploy.evaluation.formation_room import OpenSlots
 from deploy.evaluation.reading import read_text
 from deploy.evaluation.tum import Trajectory
 from deploy.formation_log import FORMATION_FILE, HEADER
@@ -22,8 +24,7 @@ from protocol.errors import RecordingError
 from protocol.geometry import Pose2
 
 STEADY, AVOIDING = ("moving", "exploring", "returning"), ("avoiding",)
-RESTORED_M = 0.02  # from its slot, the formation being open again
-LONG_S = 10.0  # room that a formation leaves unused for longer, enough to open and draw in again, counts as if it had opened only then
+OpenSlotsAt = Callable[[str, int], OpenSlots | None]  # for a leader and a stamp; None where nobody knows them
 
 
 class SlotRow(NamedTuple):
@@ -45,7 +46,7 @@ class FormationScore:
     worst_m: float  # of a follower, in either
     steady_s: float
     avoiding_s: float
-    restored_s: tuple[float, ...]  # how long the formation took to be whole again once there was room, each time
+    restored_s: tuple[float, ...]  # how long the formation took to be whole again once there was room, each time that it gave way
     phases: tuple[str, ...]  # one after the other
 
 
@@ -61,14 +62,11 @@ def read_slots(run: Path) -> list[SlotRow]:
 
 
 def score_formation(
-    rows: Iterable[SlotRow], truth: Mapping[str, Trajectory], has_room: Callable[[str, int], bool] = lambda leader, stamp_ns: False
+    rows: Iterable[SlotRow], truth: Mapping[str, Trajectory], open_slots: OpenSlotsAt = lambda leader, stamp_ns: None
 ) -> FormationScore | None:
-    """Return the score; None where there is no follower with a slot.
-
-    `has_room` tells for a leader and a stamp whether the whole formation had room there.
-    """
+    """Return the score; None where there is no follower with a slot. `open_slots` tells where the whole formation would have been."""
     paths = {robot: dict(zip(path.stamps_ns.tolist(), path.poses.tolist(), strict=True)) for robot, path in truth.items()}
-    moments = [_moment(list(group), paths, has_room) for _, group in groupby(rows, key=lambda row: row.stamp_ns)]
+    moments = [_moment(list(group), paths, open_slots) for _, group in groupby(rows, key=lambda row: row.stamp_ns)]
     errors = {name: _of(moments, phases) for name, phases in (("steady", STEADY), ("avoiding", AVOIDING))}
     both = np.concatenate(list(errors.values()))
     if not len(both):
@@ -79,7 +77,7 @@ def score_formation(
         worst_m=float(both.max()),
         steady_s=_lasting_s(moments, STEADY),
         avoiding_s=_lasting_s(moments, AVOIDING),
-        restored_s=tuple(_restored_s(moments)),
+        restored_s=tuple(restored_s(moment.whole for moment in moments)),
         phases=tuple(phase for phase, _ in groupby(moment.phase for moment in moments)),
     )
 
@@ -88,17 +86,18 @@ class _Moment(NamedTuple):
     stamp_ns: int
     phase: str
     errors_m: NDArray[np.float64]  # (followers,)
-    has_room: bool
+    whole: Whole
 
 
-def _moment(rows: list[SlotRow], paths: Mapping[str, Mapping[int, list[float]]], has_room: Callable[[str, int], bool]) -> _Moment:
+def _moment(rows: list[SlotRow], paths: Mapping[str, Mapping[int, list[float]]], open_slots: OpenSlotsAt) -> _Moment:
     stamp_ns, phase, leader, _, _ = rows[0]
     followers = [row for row in rows if row.robot != leader and stamp_ns in paths.get(row.robot, {})]
     if not followers or stamp_ns not in paths.get(leader, {}):
-        return _Moment(stamp_ns, phase, np.empty(0), has_room=False)
+        return _Moment(stamp_ns, phase, np.empty(0), how_whole(stamp_ns, np.empty((0, 2)), None))
     slots = Pose2(*paths[leader][stamp_ns]).apply([row.leader_from_slot_m for row in followers])
     places = np.array([paths[row.robot][stamp_ns][:2] for row in followers])
-    return _Moment(stamp_ns, phase, np.hypot(*(places - slots).T), has_room(leader, stamp_ns))
+    whole = how_whole(stamp_ns, places, open_slots(leader, stamp_ns) if phase in STEADY + AVOIDING else None)
+    return _Moment(stamp_ns, phase, np.hypot(*(places - slots).T), whole)
 
 
 def _of(moments: Iterable[_Moment], phases: tuple[str, ...]) -> NDArray[np.float64]:
@@ -112,28 +111,6 @@ def _rms(errors_m: NDArray[np.float64]) -> float:
 def _lasting_s(moments: list[_Moment], phases: tuple[str, ...]) -> float:
     pairs = pairwise(moments)
     return sum((after.stamp_ns - before.stamp_ns) / 1e9 for before, after in pairs if before.phase in phases)
-
-
-def _restored_s(moments: list[_Moment]) -> list[float]:
-    """Return, for every time that the formation gave way, how long it took from when there was room until it was whole and held.
-
-    Room that ended before counts only where it lasted for LONG_S.
-    """
-    took: list[float] = []
-    gave_way, since_ns = False, -1  # since when there has been room; -1: there is none
-    for moment in moments:
-        under_way = moment.phase in STEADY + AVOIDING
-        gave_way |= moment.phase in AVOIDING
-        lasted_s = (moment.stamp_ns - since_ns) * 1e-9 if since_ns >= 0 else 0.0
-        if not (under_way and moment.has_room):
-            took += [lasted_s] if gave_way and lasted_s > LONG_S else []
-            since_ns = -1
-        elif since_ns < 0:
-            since_ns, lasted_s = moment.stamp_ns, 0.0
-        if gave_way and since_ns >= 0 and moment.phase in STEADY and (moment.errors_m < RESTORED_M).all():
-            took.append(lasted_s)
-            gave_way = False
-    return took
 
 
 def _row(file: Path, number: int, fields: list[str]) -> SlotRow:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import NamedTuple
 
 import numpy as np
 import shapely
@@ -16,8 +17,15 @@ STILL_M = 5e-4  # what moves less between two stamps stands still
 TANGENT_M = 0.05  # of the path, to either side, that gives its direction
 
 
+class OpenSlots(NamedTuple):
+    """Where the followers of a whole formation would have been at one stamp."""
+
+    places_m: Array  # (k, 2) [arena]
+    have_room: bool  # all of them
+
+
 class Room:
-    """Tells when there was room for every follower in its open slot."""
+    """Tells where every follower's open slot was, and whether there was room."""
 
     def __init__(self, truth: Truth, offsets: Array) -> None:
         """Take the world, and the slots (back, left), shape (k, 2) [m], of the whole formation."""
@@ -28,10 +36,10 @@ class Room:
         shapely.prepare(self._free)
         self._paths = {robot: _Path(trajectory) for robot, trajectory in truth.trajectories.items()}
 
-    def is_there(self, leader: str, stamp_ns: int) -> bool:
-        """Tell whether it was there at a stamp; not before the leader has led along all of the formation's length."""
+    def slots(self, leader: str, stamp_ns: int) -> OpenSlots | None:
+        """Return the open slots at a stamp; None before the leader has led along all of the formation's length."""
         places_m = self._paths[leader].beside(stamp_ns, self._offsets) if leader in self._paths else None
-        return places_m is not None and bool(shapely.contains_xy(self._free, places_m).all())
+        return None if places_m is None else OpenSlots(places_m, bool(shapely.contains_xy(self._free, places_m).all()))
 
 
 class _Path:

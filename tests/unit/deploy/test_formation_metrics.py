@@ -10,7 +10,7 @@ import pytest
 import shapely
 
 from deploy.evaluation.formation_metrics import SlotRow, read_slots, score_formation
-from deploy.evaluation.formation_room import Room
+from deploy.evaluation.formation_room import OpenSlots, Room
 from deploy.evaluation.truth import Obstacle, Truth
 from deploy.evaluation.tum import Trajectory
 from deploy.formation_log import FORMATION_FILE, FormationLog
@@ -43,42 +43,32 @@ def test_gathering_does_not_count() -> None:
     assert score_formation(rows(["gathering", "arrived"], [SLOT, SLOT]), truth) is None
 
 
-@pytest.mark.parametrize(
-    ("room", "took_s"),
-    [
-        ("..######", (0.3,)),  # whole from the sixth stamp on: three after there was room
-        ("...#.###", (0.0,)),  # what ended before does not count
-        ("........", ()),
-    ],
-)
-def test_the_time_to_be_whole_again_counts_from_when_there_is_room(room: str, took_s: tuple[float, ...]) -> None:
-    phases = ["moving", "avoiding", "avoiding", "avoiding", "avoiding", "moving", "moving", "moving"]
-    truth = {"r1": still(0.0, 0.0, 0.0, 8), "r2": still(-0.4, 0.2, 0.0, 8)}
-    score = score_formation(rows(phases, [SLOT] * 8), truth, lambda leader, stamp_ns: room[stamp_ns // STEP_NS] == "#")
-    assert score is not None
-    assert score.restored_s == pytest.approx(took_s)
-
-
-def test_room_that_is_left_unused_for_long_counts_as_long_as_it_lasted() -> None:
-    steps = 130
-    truth = {"r1": still(0.0, 0.0, 0.0, steps), "r2": still(-0.4, 0.2, 0.0, steps)}
-    score = score_formation(rows(["avoiding"] * steps, [SLOT] * steps), truth, lambda leader, stamp_ns: stamp_ns < 120 * STEP_NS)
-    assert score is not None
-    assert score.restored_s == pytest.approx((12.0,))
-
-
 def straight(length_m: float) -> Trajectory:
     """Return a drive along x, a centimetre a stamp."""
     x_m = np.arange(0.0, length_m, 0.01)
     return Trajectory(STEP_NS * np.arange(len(x_m), dtype=np.int64), np.column_stack([x_m, 0.0 * x_m, 0.0 * x_m]))
 
 
+def test_what_a_formation_calls_itself_does_not_make_it_whole() -> None:
+    aside_m = np.array([0.2] * 10 + [0.3] * 10 + [0.2] * 10)
+    follower = Trajectory(STEP_NS * np.arange(30, dtype=np.int64), np.column_stack([np.full(30, -0.4), aside_m, np.zeros(30)]))
+    truth = {"r1": still(0.0, 0.0, 0.0, 30), "r2": follower}
+    for phases in (["moving"] * 30, ["avoiding"] * 30):
+        score = score_formation(rows(phases, [SLOT] * 30), truth, lambda leader, stamp_ns: OpenSlots(np.array([SLOT]), have_room=True))
+        assert score is not None
+        assert score.restored_s == pytest.approx((1.0,))
+
+
 def test_there_is_room_where_the_open_slots_are_clear_of_things() -> None:
     thing = Obstacle(0, "box", shapely.box(1.0, 0.25, 1.1, 0.35), 0.1, None)
     truth = Truth("drive", shapely.box(-1.0, -1.0, 3.0, 1.0), (thing,), {"r1": straight(2.0)}, {"r1": 0.075})
     room = Room(truth, np.array([[0.4, 0.2], [0.4, -0.2]]))
-    assert [room.is_there("r1", STEP_NS * step) for step in (20, 100, 145, 190)] == [False, True, False, True]
-    assert not room.is_there("r2", 0)
+    early, *later = (room.slots("r1", STEP_NS * step) for step in (20, 100, 145, 190))
+    assert early is None
+    assert [slots is not None and slots.have_room for slots in later] == [True, False, True]
+    assert later[0] is not None
+    assert later[0].places_m == pytest.approx(np.array([[0.6, 0.2], [0.6, -0.2]]))
+    assert room.slots("r2", 0) is None
 
 
 def test_what_was_logged_is_read_back_once_for_each_stamp(tmp_path: Path) -> None:
