@@ -15,6 +15,7 @@ from agent.reports import Frame, Surroundings, local_map, motion_summary
 from agent.rig import Body, Calibration
 from agent.slam.corner_follower import CornerFollower
 from agent.slam.ego_motion import EgoMotion
+from agent.slam.floor_memory import FloorMemory
 from agent.slam.odometry import WheelGeometry, WheelNoise
 from agent.slam.regions import describe
 from agent.slam.robot_watch import RobotWatch
@@ -57,6 +58,7 @@ class FullMethod:
         self._body = body
         fitter = RobotFitter(projection, body.body_radius_m, body.body_height_m)
         self._eye_m = projection.body_from_camera[:2, 3]
+        self._memory = FloorMemory(self._patch, view.body_range_m, body.body_radius_m, self._eye_m)
         self._watch = RobotWatch(fitter, body.body_radius_m, self._eye_m)
         self._show: Callable[[], View] | None = None
 
@@ -78,15 +80,19 @@ class FullMethod:
             mask, self._colours = self._removal.remove(reduced, self._colours)
         with stage("motion"):
             bare = self._patch.bare(mask, FLOOR_MARGIN_IN_HEIGHTS * self._height_m)
-            motion = self._ego.advance(wheel_angles_rad, self._patch.sample(grey), bare)
+            floor = self._patch.sample(grey)
+            motion = self._ego.advance(wheel_angles_rad, self._patch.texture(floor), bare)
         with stage("vectors"):
             vectors, kept = self._corners.follow(small, motion.odom_from_body)
         with stage("labels"):
-            parted = self._parted(mask, self._watch.expected_m(motion.odom_from_body))
+            expected_m = self._watch.expected_m(motion.odom_from_body)
+            parted = self._parted(mask, expected_m)
             rough = find_borders(parted, self._floor_view.nadir_px, LEAST_REGION_PX)
             borders = located(rough, parted, self._floor_view, reduced)
             labels = self._corners.label(borders, motion.odom_from_body)
-            regions = describe(borders, labels, self._corners.tracks, self._floor_view, self._projection)
+            flat = partial(self._memory.lies_flat, cells=floor, odom_from_body=motion.odom_from_body)
+            regions = describe(borders, labels, flat, self._corners.tracks, self._floor_view, self._projection)
+            self._memory.remember(floor, expected_m, motion.odom_from_body)
         with stage("robots"):
             profile = range_profile(borders, self._floor_view, self._eye_m)
             bases = round_bases(profile, self._body.body_radius_m, BASE_TOLERANCE_IN_HEIGHTS * self._height_m)

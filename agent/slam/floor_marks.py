@@ -5,28 +5,22 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
-from agent.slam.base_line import AT_SHADOW
 from protocol.geometry import Array
 
 REACH = 1.0  # of the camera's height, as all that follow: so near a floor's grain shows
 MARK_WIDTH, MARK_HEIGHT = 0.1, 0.25  # seen across, and how tall a thing it might be
-LINE_WIDTH, STREAK_WIDTH, STREAK_HEIGHT = 0.04, 0.06, 0.5  # what is narrower, seen across; or in any direction, if it is seen whole
+STREAK_WIDTH, STREAK_HEIGHT = 0.06, 0.5  # what is narrower than this, in any direction
 
 
-def is_mark(outline: Array, camera_height_m: float, hidden_range_m: float) -> bool:
-    """Tell whether an outline, (n, 2) [m; from the point under the camera], is near, narrow, and too short to be a tall thing.
-
-    What goes on nearer than `hidden_range_m`, where the own body hides it, may be the last of a thing that is much larger.
-    """
+def is_mark(outline: Array, camera_height_m: float) -> bool:
+    """Tell whether an outline, (n, 2) [m; from the point under the camera], is near, narrow, and too short to be a tall thing."""
     places = outline / camera_height_m
-    ranges = np.hypot(*places.T)
     ahead = places.mean(axis=0) / np.hypot(*places.mean(axis=0))
     across = np.ptp(places @ np.array([-ahead[1], ahead[0]]))
     _, sides, _ = cv2.minAreaRect(places.astype(np.float32))
-    is_whole = ranges.min() > AT_SHADOW * hidden_range_m / camera_height_m
-    is_streak = across < LINE_WIDTH or (is_whole and min(sides) < STREAK_WIDTH)
-    height = _most_height(places) if is_whole else 1.0 - ranges.min() / ranges.max()
-    return bool(ranges.max() < REACH and (is_streak or across < MARK_WIDTH) and height < (STREAK_HEIGHT if is_streak else MARK_HEIGHT))
+    is_streak = min(sides) < STREAK_WIDTH
+    narrow = is_streak or across < MARK_WIDTH
+    return bool(np.hypot(*places.T).max() < REACH and narrow and _most_height(places) < (STREAK_HEIGHT if is_streak else MARK_HEIGHT))
 
 
 def _most_height(places: Array) -> float:

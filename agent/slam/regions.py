@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
@@ -28,6 +29,9 @@ LEAST_OUTLINE_POINTS = 3
 MOST_HIDDEN = 0.1  # of a base, by other things: what is hidden more than that does not blend into the floor
 
 
+LiesFlat = Callable[[Array], bool | None]  # of an outline (n, 2) [body]
+
+
 @dataclass(frozen=True, eq=False)
 class SeenRegion:
     """One region of one frame."""
@@ -48,9 +52,12 @@ class _Sight(NamedTuple):
     others: list[Array]  # (n, 2) [m; body] each, convex: the outlines of other things
 
 
-def describe(borders: Borders, labels: NDArray[np.int32], tracks: Tracks, view: FloorView, projection: FloorProjection) -> list[SeenRegion]:
+def describe(
+    borders: Borders, labels: NDArray[np.int32], lies_flat: LiesFlat, tracks: Tracks, view: FloorView, projection: FloorProjection
+) -> list[SeenRegion]:
     """Return the regions of a frame, in the order of their borders, given their labels, (regions,), and the corners followed on them.
 
+    `lies_flat` tells of an outline whether all within it lies in the floor, None where that is not known: then its shape has to tell.
     A wall that goes round the robot is no convex thing: its outline stays as it was seen. A region of which no area is left on the floor,
     since it lies at the rim of what can be seen, or is cut too thin, is left out.
     """
@@ -65,7 +72,7 @@ def describe(borders: Borders, labels: NDArray[np.int32], tracks: Tracks, view: 
         own = tracks.labels == label
         motion = _motion(int(moving[own].sum()), int(settled[own].sum()))
         telling = own & settled
-        if motion == "unknown" and is_mark(outline - eye, rig.camera_height_m, rig.body_range_m):
+        if motion == "unknown" and _is_floor(outline, eye, rig, lies_flat):
             described.append(SeenRegion(int(label), outline, centre_of_polygon(outline), motion, None, flat=True))
         elif motion != "static":
             described.append(SeenRegion(int(label), outline, centre_of_polygon(outline), motion, None, flat=False))
@@ -79,6 +86,12 @@ def describe(borders: Borders, labels: NDArray[np.int32], tracks: Tracks, view: 
             others = [other for other in whole if other is not outline]
             described += _standing(int(label), outline, corners, _Sight(eye, rig, others))
     return [region for region in described if len(region.outline_m) >= LEAST_OUTLINE_POINTS]
+
+
+def _is_floor(outline: Array, eye: Array, rig: Rig, lies_flat: LiesFlat) -> bool:
+    """Tell whether a region without corners is none of the things: proven to lie flat, or else as slight as grain."""
+    flat = lies_flat(outline) if len(outline) >= LEAST_OUTLINE_POINTS else None
+    return is_mark(outline - eye, rig.camera_height_m) if flat is None else flat
 
 
 def _goes_round(border: NDArray[np.int32], view: FloorView) -> bool:

@@ -29,6 +29,7 @@ class FloorPatch:
 
     def __init__(self, projection: FloorProjection, view: FloorView) -> None:
         height_m = projection.camera_height_m
+        self.height_m = height_m  # of the camera
         self.cell_m = CELL_IN_HEIGHTS * height_m
         self.reach_m = REACH_IN_HEIGHTS * height_m
         half = round(self.reach_m / self.cell_m)
@@ -42,9 +43,13 @@ class FloorPatch:
         self._view_map = _remap_table(view.view_pixels(pixels))
         self._ring = (range_m > view.body_range_m) & (range_m < self.reach_m - 2.0 * self.cell_m)
 
-    def sample(self, grey: Picture) -> Field:
-        """Return the floor's fine texture, (size, size), from a grey camera picture: band-passed, with even contrast of about one."""
-        cells = cv2.remap(grey, self._map[0], self._map[1], cv2.INTER_LINEAR).astype(np.float32)
+    def sample(self, grey: Picture) -> Picture:
+        """Return the floor from above, (size, size), from a grey camera picture."""
+        return np.asarray(cv2.remap(grey, self._map[0], self._map[1], cv2.INTER_LINEAR), dtype=np.uint8)
+
+    def texture(self, floor: Picture) -> Field:
+        """Return the fine texture, (size, size), of the floor from above: band-passed, with even contrast of about one."""
+        cells = floor.astype(np.float32)
         fine = cv2.GaussianBlur(cells, (0, 0), _FINE_CELLS)
         band = cv2.subtract(fine, cv2.blur(cells, (_COARSE_CELLS, _COARSE_CELLS)))
         power = cv2.blur(cv2.multiply(band, band), (_CONTRAST_CELLS, _CONTRAST_CELLS))

@@ -45,12 +45,12 @@ def parted_from_robots(not_floor: Mask, centres_m: Array, radius_m: float, view:
     bodies, gaps = np.zeros_like(not_floor), np.zeros_like(not_floor)
     for centre_m in seen_m:
         for mask, cover_m in ((bodies, radius_m), (gaps, radius_m + GAP_M)):
-            covered_px = view.view_pixels(projection.pixels_from_floor(_covered(centre_m, cover_m, eye_m, view.reach_m)))
+            covered_px = view.view_pixels(projection.pixels_from_floor(covered(centre_m, cover_m, eye_m, view.reach_m)))
             cv2.fillConvexPoly(mask, np.rint(covered_px * (1 << SHIFT_BITS)).astype(np.int32), 1, shift=SHIFT_BITS)
     return np.where(gaps > bodies, 0, not_floor).astype(np.uint8)
 
 
-def _covered(centre_m: Array, radius_m: float, eye_m: Array, reach_m: float) -> Array:
+def covered(centre_m: Array, radius_m: float, eye_m: Array, reach_m: float) -> Array:
     """Return the floor, polygon (n, 2) [body], that a tall cylinder covers from an eye (2,): from the near arc of its base outward."""
     away_m = centre_m - eye_m
     distance_m = float(np.hypot(*away_m))

@@ -24,4 +24,4 @@ def patch_of(seen: Rendering) -> tuple[Field, NDArray[np.bool_]]:
     """Return the floor patch of a picture, and which of its cells truly show bare floor, (size, size) each."""
     not_floor = (seen.labels != FLOOR).astype(np.uint8)[VIEW.crop]
     grey = np.asarray(cv2.cvtColor(seen.picture, cv2.COLOR_BGR2GRAY), np.uint8)
-    return PATCH.sample(grey), PATCH.bare(not_floor, FLOOR_MARGIN_M)
+    return PATCH.texture(PATCH.sample(grey)), PATCH.bare(not_floor, FLOOR_MARGIN_M)

@@ -35,7 +35,7 @@ def patch() -> FloorPatch:
 
 
 def sample(patch: FloorPatch, floor: str, pose: Pose2, seed: int) -> Field:
-    return patch.sample(np.asarray(cv2.cvtColor(render(floor, pose, seed=seed).picture, cv2.COLOR_BGR2GRAY), np.uint8))
+    return patch.texture(patch.sample(np.asarray(cv2.cvtColor(render(floor, pose, seed=seed).picture, cv2.COLOR_BGR2GRAY), np.uint8)))
 
 
 def everywhere(patch: FloorPatch) -> NDArray[np.bool_]:

@@ -7,9 +7,10 @@ from numpy.typing import NDArray
 
 from agent.slam.feature_tracks import Tracks, join, no_tracks
 from agent.slam.region_labels import LAST_LABEL
-from agent.slam.regions import SeenRegion, describe
+from agent.slam.regions import LiesFlat, SeenRegion, describe
 from agent.vision.hull import centre_of_polygon
 from agent.vision.outlines import Borders, find_borders, signed_area
+from protocol.geometry import Array
 from tests.unit.agent.floor_worlds import PROJECTION, VIEW, appearances, box, seen, upright, watched
 
 PIXEL_M = 0.0125  # of floor that one pixel covers, a metre away: 0.5 m * (1 + 2^2) / 200
@@ -17,10 +18,14 @@ CRATE = upright(box(0.8, 0.9, 0.1), 0.1)
 LABEL = 5
 
 
-def described(mask: NDArray[np.uint8], tracks: Tracks) -> list[SeenRegion]:
+def unknown(outline_m: Array) -> None:
+    """Tell nothing of an outline."""
+
+
+def described(mask: NDArray[np.uint8], tracks: Tracks, lies_flat: LiesFlat = unknown) -> list[SeenRegion]:
     borders = find_borders(mask, VIEW.nadir_px, 25.0)
     assert len(borders) == 1
-    return describe(borders, np.array([LABEL], np.int32), tracks, VIEW, PROJECTION)
+    return describe(borders, np.array([LABEL], np.int32), lies_flat, tracks, VIEW, PROJECTION)
 
 
 def test_corners_at_rest_make_a_static_region_as_high_as_its_top() -> None:
@@ -58,12 +63,22 @@ def test_a_region_without_area_is_left_out() -> None:
     for compact in (True, False):
         border = np.array([[u, v - 40], [u + 1, v - 40]], np.int32)
         borders = Borders([border], [compact], np.zeros(VIEW.range_m.shape, np.uint8), [border.astype(np.float64)])
-        assert describe(borders, np.array([LABEL], np.int32), no_tracks(), VIEW, PROJECTION) == []
+        assert describe(borders, np.array([LABEL], np.int32), unknown, no_tracks(), VIEW, PROJECTION) == []
 
 
 def test_what_looks_like_the_floors_grain_and_has_no_corners_is_flat() -> None:
     (region,) = described(seen(upright(box(0.40, 0.44, 0.02), 0.0)), no_tracks())
     assert (region.motion, region.flat) == ("unknown", True)
+
+
+@pytest.mark.parametrize("flat", [True, False])
+def test_what_two_views_prove_goes_before_what_a_shape_suggests(flat: bool) -> None:
+    for footprint in (box(0.40, 0.44, 0.02), box(0.40, 0.60, 0.1)):
+        assert described(seen(upright(footprint, 0.0)), no_tracks(), lambda _: flat)[0].flat == flat
+
+
+def test_corners_go_before_what_two_views_prove() -> None:
+    assert not described(seen(CRATE), watched(CRATE, LABEL), lambda _: True)[0].flat
 
 
 def test_a_marking_is_flat() -> None:
@@ -93,7 +108,7 @@ def test_a_thing_whose_base_another_one_hides_begins_where_it_is_seen() -> None:
     borders = find_borders(seen(top) | seen(front), VIEW.nadir_px, 25.0)
     farther = int(np.argmin([pixels[:, 1].mean() for pixels in borders.pixels]))
     labels = np.where(np.arange(len(borders)) == farther, LABEL, LABEL + 1).astype(np.int32)
-    regions = describe(borders, labels, watched(np.repeat(top, 2, axis=0), LABEL), VIEW, PROJECTION)
+    regions = describe(borders, labels, unknown, watched(np.repeat(top, 2, axis=0), LABEL), VIEW, PROJECTION)
     (region,) = (region for region in regions if region.label == LABEL)
     assert region.outline_m[:, 0].min() == pytest.approx(1.0, abs=PIXEL_M)
     assert region.height_m == pytest.approx(0.1)
