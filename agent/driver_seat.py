@@ -81,9 +81,12 @@ class DriverSeat:
     def locate(self, poses: Poses) -> None:
         """Take the map server's poses. One that is only predicted says no more than the robot's own odometry does."""
         self._poses_ns = max(self._poses_ns, poses.stamp_ns)
-        for pose in poses.robots:
-            if pose.robot == self._robot and not pose.predicted:
-                self._course.note_pose(poses.stamp_ns, self._history.angles_at(poses.stamp_ns), Pose2(*pose.arena_from_body))
+        measured = {pose.robot: Pose2(*pose.arena_from_body) for pose in poses.robots if not pose.predicted}
+        if self._robot in measured:
+            self._course.note_pose(poses.stamp_ns, self._history.angles_at(poses.stamp_ns), measured[self._robot])
+        odom_from_arena = self._course.odom_from_arena()
+        if odom_from_arena is not None:
+            self._near.note_robots(poses.stamp_ns, {robot: odom_from_arena.apply(pose[:2]) for robot, pose in measured.items()})
 
     def offer(self, setpoints: Setpoints, arrived_s: float) -> None:
         """Take a broadcast that arrived at a time on the monotonic clock."""

@@ -48,3 +48,7 @@ class Course:
     def arena_from_body(self, odom_from_body: Pose2) -> Pose2 | None:
         """Return a pose of the odometry's frame in the arena; None as long as no pose has come from the map server."""
         return None if self._arena_from_odom is None else self._arena_from_odom @ odom_from_body
+
+    def odom_from_arena(self) -> Pose2 | None:
+        """Return where the arena lies in the odometry's frame; None as long as no pose has come from the map server."""
+        return None if self._arena_from_odom is None else self._arena_from_odom.inverse()

@@ -6,6 +6,7 @@ before, and has to be remembered, moved along by odometry, for as long as it is 
 
 from __future__ import annotations
 
+import math
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -13,10 +14,13 @@ from numpy.typing import NDArray
 
 from agent.control.borders import NEAR_M, SPACING_M, Borders, norms, seen_borders
 from agent.control.persistence import Persistence
+from agent.control.trodden import Trodden
 from protocol.geometry import Array, Pose2
 from protocol.messages import LocalMap
 
-STATIC_S, MOVING_S = 20.0, 0.5  # how long something hidden is remembered
+STATIC_S, TRODDEN_S, MOVING_S = 20.0, 2.0, 0.5  # how long something hidden is remembered; the second, where a robot has been
+ONE_THING_M = 0.05  # what stands so near to something hidden is remembered with it, though it shows no more: its side may be like the floor
+GOES_ON_RAD, GOES_ON_M = 0.5, 0.02  # something hidden goes on where something is seen in its direction, so near to what is hidden
 AT_REST_S = 1.0  # what has moved is taken to move for so long after that
 
 
@@ -50,14 +54,19 @@ class NearThings:
         self._radius_m = body_radius_m
         self._known = _NOTHING
         self._persistence = Persistence()
+        self._trodden = Trodden(body_radius_m)
         self._moved_ns: dict[int, int] = {}  # by label, when a thing last moved
 
     def see(self, local_map: LocalMap) -> None:
         """Take a local map; what it could not see stays as it was, all of it where its picture was dropped."""
         odom_from_body = Pose2(*local_map.odom_from_body)
         if local_map.picture == "used":
-            hidden = self._hidden(odom_from_body, local_map.body_radius_m, local_map.stamp_ns)
-            self._known = self._lasting(local_map, odom_from_body).joined(thinned(hidden))
+            seen = self._lasting(local_map, odom_from_body)
+            self._known = seen.joined(thinned(self._hidden(seen, odom_from_body, local_map.body_radius_m, local_map.stamp_ns)))
+
+    def note_robots(self, stamp_ns: int, centres_m: dict[str, Array]) -> None:
+        """Take where robots are, by name, (2,) [odom] each: nothing stands where they have been."""
+        self._trodden.note(stamp_ns, centres_m)
 
     def around(self, odom_from_body: Pose2) -> Borders:
         """Return the borders [body] around the robot where it now is."""
@@ -79,10 +88,29 @@ class NearThings:
         self._moved_ns |= {region.label: stamp_ns for region in local_map.regions if region.motion == "moving"}
         return np.isin(labels, list(self._moved_ns))
 
-    def _hidden(self, odom_from_body: Pose2, hidden_range_m: float, stamp_ns: int) -> KnownBorders:
+    def _hidden(self, seen: KnownBorders, odom_from_body: Pose2, hidden_range_m: float, stamp_ns: int) -> KnownBorders:
         """Return what is known and cannot be seen from here, and is not too old."""
-        ranges = norms(odom_from_body.inverse().apply(self._known.points_m))
-        return self._known.select((ranges < hidden_range_m) & (stamp_ns <= self._known.until_ns()))
+        known = self._known.select(stamp_ns <= self._known.until_ns())
+        body_from_odom = odom_from_body.inverse()
+        is_hidden = norms(body_from_odom.apply(known.points_m)) < hidden_range_m
+        known = known.select(is_hidden | (~known.moving & _is_near(known.points_m, known.points_m[is_hidden & ~known.moving])))
+        places = body_from_odom.apply(known.points_m)
+        beside = seen.select(norms(body_from_odom.apply(seen.points_m)) < hidden_range_m + GOES_ON_M)
+        others = beside.select(~self._trodden.holds(beside.points_m))
+        is_doubtful = (stamp_ns - known.seen_ns > 1e9 * TRODDEN_S) & ~_go_on(places, body_from_odom.apply(others.points_m))
+        is_doubtful[is_doubtful] = self._trodden.holds(known.points_m[is_doubtful])
+        return known.select(~is_doubtful)
+
+
+def _is_near(points_m: Array, others_m: Array) -> NDArray[np.bool_]:
+    """Tell which points, (n, 2), belong to the same thing as one of some others, (m, 2)."""
+    return np.asarray((np.hypot(*(points_m[:, None] - others_m).transpose(2, 0, 1)) < ONE_THING_M).any(axis=1))
+
+
+def _go_on(hidden_m: Array, seen_m: Array) -> NDArray[np.bool_]:
+    """Tell which hidden points, (n, 2) [body], may belong to something that is seen right behind them, at (m, 2) [body]."""
+    towards, others = (points / norms(points)[:, None] for points in (hidden_m, seen_m))
+    return np.asarray((towards @ others.T > math.cos(GOES_ON_RAD)).any(axis=1))
 
 
 def thinned(known: KnownBorders) -> KnownBorders:

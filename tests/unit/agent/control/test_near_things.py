@@ -10,9 +10,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from agent.control.borders import NEAR_M, SPACING_M, along_border, seen_borders
-from agent.control.near_things import AT_REST_S, MOVING_S, STATIC_S, NearThings
+from agent.control.near_things import AT_REST_S, MOVING_S, ONE_THING_M, STATIC_S, TRODDEN_S, NearThings
 from protocol.geometry import Pose2
-from tests.unit.agent.control.local_maps import Motion, box, local_map, region, sighting
+from protocol.messages import Region
+from tests.unit.agent.control.local_maps import HIDDEN_M, Motion, box, local_map, region, sighting
 
 RADIUS_M = 0.075
 AHEAD_M = 0.35  # of a box of 0.2 m: its near side is 0.25 m ahead
@@ -147,3 +148,37 @@ def test_a_sighted_robot_is_believed_in_at_once() -> None:
     near.see(local_map(100))
     near.see(local_map(200, sightings=[sighting(0.4, 0.0)]))
     assert nearest(near, Pose2.identity()) == pytest.approx(0.4 - RADIUS_M, abs=1e-3)
+
+
+def remembered_for_s(near: NearThings, *seen_later: Region) -> float:
+    """Return for how long a small thing ahead is remembered that the own body hides, while something else is seen."""
+    near.see(local_map(0, [region(box(0.25, 0.0, 0.02, 0.02))], odom_from_body=Pose2(-0.15, 0.0, 0.0)))
+    near.see(local_map(100, [region(box(0.25, 0.0, 0.02, 0.02))], odom_from_body=Pose2(-0.15, 0.0, 0.0)))
+    for tenths in range(round(10 * STATIC_S) + 2):
+        near.see(local_map(200 + 100 * tenths, seen_later))
+        if nearest(near, Pose2.identity()) > 0.12:
+            return 0.1 * tenths
+    return math.inf
+
+
+def test_what_is_hidden_where_a_robot_has_been_is_not_remembered_for_long() -> None:
+    for centre_m, lasts_s in (((0.1, 0.02), TRODDEN_S), ((0.1, 0.12), STATIC_S)):
+        near = NearThings(RADIUS_M)
+        near.note_robots(0, {"r2": np.array(centre_m)})
+        assert remembered_for_s(near) == pytest.approx(lasts_s, abs=0.11)
+
+
+def test_it_is_remembered_while_something_is_seen_behind_it() -> None:
+    for place, lasts_s in ((box(0.24, 0.0, 0.08, 0.04), STATIC_S), (box(-0.24, 0.0, 0.08, 0.04), TRODDEN_S)):
+        near = NearThings(RADIUS_M)
+        near.note_robots(0, {"r2": np.array([0.1, 0.02])})
+        assert remembered_for_s(near, region(place, label=2)) == pytest.approx(lasts_s, abs=0.21)
+
+
+def test_a_thing_of_which_a_part_is_hidden_is_remembered_with_what_stands_beside_that() -> None:
+    near, arrived = NearThings(RADIUS_M), Pose2(0.15, 0.0, 0.0)
+    near.see(local_map(0, [region(box(0.4, 0.0, 0.2, 0.5))]))  # from 0.15 m ahead once the robot has arrived
+    near.see(local_map(100, odom_from_body=arrived))
+    kept_m = near.around(arrived).points_m
+    assert np.hypot(*kept_m.T).max() < HIDDEN_M + ONE_THING_M
+    assert np.abs(kept_m[:, 1]).max() > np.sqrt(HIDDEN_M**2 - 0.15**2) + 0.5 * ONE_THING_M  # hidden is less of its face
