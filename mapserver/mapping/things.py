@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from mapserver.mapping.belief import Belief
 from mapserver.mapping.bodies import Body
 from mapserver.mapping.clusters import Clusters
+from mapserver.mapping.pieces import wholes
 from mapserver.mapping.prism import footprint
 from mapserver.mapping.silhouette import Silhouette, silhouettes_of
 from mapserver.mapping.thing import Thing
@@ -131,8 +132,8 @@ class ThingTracker:
                 thing.fit(self._floor.is_bare)
 
     def objects(self, beliefs: Mapping[str, Belief]) -> tuple[MapObject, ...]:
-        """Return the things that are believed in, with the robots' present `beliefs` for their uncertainty."""
-        return tuple(thing.as_object(beliefs) for thing in self._things if thing.is_shown())
+        """Return the things that are believed in, pieces put together, with the robots' present `beliefs` for their uncertainty."""
+        return tuple(thing.as_object(beliefs) for thing in wholes([thing for thing in self._things if thing.is_shown()]))
 
     def _on_clusters(self, clusters: Clusters) -> dict[int, Thing]:
         """Return the thing on each cluster in sight that has one; things on one cluster are joined."""
