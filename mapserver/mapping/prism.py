@@ -18,6 +18,7 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
+from mapserver.mapping.base_line import own_base, swept, way_behind
 from mapserver.mapping.carving import carved
 from mapserver.mapping.raster import SHIFT_BITS, corners_of, fill
 from mapserver.mapping.silhouette import Extent, Silhouette, shrink
@@ -32,7 +33,6 @@ MARGIN_M = WALL_M + 0.01  # of the raster around all that is drawn
 THINNEST = np.ones((3, 3), np.uint8)  # 1.5 cm: what is left thinner between bare floor is no part of a thing
 LEAST_WIDTH_SHARE = 0.35  # of the widest view: what shows less is no view of the whole thing
 MOST_WIDTH_SHARE, WIDE_M = 2.0, 0.4  # of the base line's length: a wider view shows something else as well, unless it is no wider than this
-LEAST_BASE_CELLS = 15  # fewer are no base line
 BASE_WORTH = 8.0  # of a cell of the base line, in cells that only look to be part of the thing, or not
 NEAR_BASE = np.ones((9, 9), np.uint8)  # 2 cm to all sides
 LEAST_SQUARE_HEIGHT, MOST_SQUARE_HEIGHT = 0.02, 0.7  # that a thing of unknown height may have [camera heights]
@@ -74,7 +74,7 @@ def footprint(views: Sequence[Silhouette], height_m: float | None, ground: Groun
     that was seen bare is not, and no part of it is farther from the base line than that is long. A height that puts the thing beside its
     base line is not believed.
     """
-    base_m = np.empty((0, 2)) if ground is None or len(ground.base_m) < LEAST_BASE_CELLS else ground.base_m
+    views, base_m = own_base(views, np.empty((0, 2)) if ground is None else ground.base_m)
     views, widest_m = _whole(views, base_m)
     pairs = [_with_shrunk(view, height_m) for view in views]
     lowest = np.array([pair.min(axis=1).max(axis=0) for pair in pairs])  # of the box that the outline and the shrunk one have in common
@@ -98,7 +98,7 @@ def footprint(views: Sequence[Silhouette], height_m: float | None, ground: Groun
     if height_m is not None and len(base_m) and not (agreed & (cv2.dilate(base_line, NEAR_BASE) > 0)).any():
         return footprint(views, None, ground)
     bare = _bare(ground, agreed.shape, origin)
-    kept = _on_ground(agreed, bare, base_m, base_line)
+    kept = _on_ground(agreed, bare, base_m, base_line, views)
     worth = kept + (BASE_WORTH - 1.0) * base_line.astype(np.float32) - (bare & ~kept)
     base = _hull(carved(worth.astype(np.float32)), origin)
     centre_m = shapely.get_coordinates(shapely.centroid(base))[0]
@@ -186,13 +186,21 @@ def _bare(ground: Ground | None, shape: tuple[int, ...], origin: Array) -> NDArr
     return ground.is_bare(origin[0] + (np.arange(columns) + 0.5) * RASTER_M, origin[1] + (np.arange(rows) + 0.5) * RASTER_M)
 
 
-def _on_ground(agreed: NDArray[np.bool_], bare: NDArray[np.bool_], base_m: Array, base_line: NDArray[np.uint8]) -> NDArray[np.bool_]:
-    """Return the cells that views agree on, less bare floor and what is too far from the base line, and with that."""
+def _on_ground(
+    agreed: NDArray[np.bool_], bare: NDArray[np.bool_], base_m: Array, base_line: NDArray[np.uint8], views: Sequence[Silhouette]
+) -> NDArray[np.bool_]:
+    """Return the cells that views agree on, less bare floor and what is too far from the base line, and with that.
+
+    A wall goes on behind its base line: before it, towards those who saw it, is floor, however seldom that was seen.
+    """
     kept = np.asarray(cv2.morphologyEx((agreed & ~bare).view(np.uint8), cv2.MORPH_OPEN, THINNEST) > 0)
     if len(base_m):
         length_m = float(np.hypot(*np.ptp(base_m, axis=0)))
-        away_m = cv2.distanceTransform(1 - base_line, cv2.DIST_L2, cv2.DIST_MASK_3) * RASTER_M
-        kept = (kept & (away_m < max(length_m, SMALL_M))) if length_m < LONG_M else (kept | ((away_m < WALL_M) & ~bare))
+        if length_m < LONG_M:
+            far_m = cv2.distanceTransform(1 - base_line, cv2.DIST_L2, cv2.DIST_MASK_3) * RASTER_M
+            kept &= far_m < max(length_m, SMALL_M)
+        else:
+            kept |= swept(base_line, way_behind(base_m, views), round(WALL_M / RASTER_M)) & ~bare
         kept |= base_line > 0
     return kept if kept.any() else agreed
 

@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import shapely
 
+from mapserver.mapping.base_line import reaches_as_far
 from mapserver.mapping.belief import Belief
 from mapserver.mapping.prism import Footprint, Ground, IsBare, footprint
 from mapserver.mapping.silhouette import SeenHeight, Silhouette, height_of
@@ -48,7 +49,8 @@ class Thing:
     views: list[Silhouette] = field(default_factory=list)  # that give the thing its shape
     heights: list[SeenHeight] = field(default_factory=list)  # that views told best
     base_m: Array = field(default_factory=lambda: np.empty((0, 2)))  # (n, 2) centres of the cells with its base line [arena]
-    is_stale: bool = False  # there are better views than those that the shape was fitted to
+    fitted_base_m: Array = field(default_factory=lambda: np.empty((0, 2)))  # (n, 2) the base line that the shape was fitted to [arena]
+    is_stale: bool = False  # there are better views than those that the shape was fitted to, or another base line
 
     def is_shown(self) -> bool:
         """Tell whether the thing belongs in the map."""
@@ -80,10 +82,15 @@ class Thing:
         if better or taller:
             self.height_m, self.is_stale = height_m, True
 
+    def stand_on(self, base_m: Array) -> None:
+        """Take the cells with the thing's base line, (n, 2) [m; arena]; where that now reaches elsewhere, the shape is stale."""
+        self.is_stale = self.is_stale or not reaches_as_far(base_m, self.fitted_base_m)
+        self.base_m = base_m
+
     def fit(self, is_bare: IsBare) -> None:
         """Fit the footprint to the views and to the floor that is known by now to be bare."""
         self.shape = footprint(self.views, self.height_m, Ground(is_bare, self.base_m)) or self.shape
-        self.is_stale = False
+        self.fitted_base_m, self.is_stale = self.base_m, False
 
     def take_over(self, other: Thing) -> None:
         """Take all that is known of another thing, which was this one seen from elsewhere."""

@@ -144,7 +144,7 @@ class ThingTracker:
                 self._take_over(found[cluster], thing)
             elif cluster:
                 found[cluster] = thing
-                thing.base_m = clusters.cells_of(cluster)
+                thing.stand_on(clusters.cells_of(cluster))
         return found
 
     def _begin(self, region: StandingRegion, view: View) -> Thing | None:

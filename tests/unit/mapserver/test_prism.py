@@ -124,6 +124,21 @@ def test_a_wall_goes_on_behind_its_base_line_where_the_floor_is_not_bare() -> No
     assert (low_x, high_x) == (pytest.approx(0.49, abs=0.02), pytest.approx(0.65, abs=0.02))
 
 
+def test_there_is_no_wall_before_its_base_line_even_where_nobody_saw_the_floor_bare() -> None:
+    line = np.array([[0.5, y_m] for y_m in np.linspace(-0.8, 0.8, 161)])
+    found = footprint([seen_from((-0.3, 0.0), rectangle(0.51, 0.0, 0.02, 1.6), 0.0)], 0.2, Ground(nowhere_bare, line))
+    assert found is not None
+    low_x, _, high_x, _ = found.base.bounds
+    assert (low_x, high_x) == (pytest.approx(0.49, abs=0.02), pytest.approx(0.65, abs=0.02))
+
+
+def test_a_base_line_that_the_views_do_not_show_takes_no_thing_away() -> None:
+    line = np.array([[0.6, y_m] for y_m in np.linspace(-0.1, 0.1, 21)])
+    found = footprint([seen_from(eye, BOX) for eye in ALL_ROUND], HEIGHT_M, Ground(nowhere_bare, line + np.array([0.3, 0.5])))
+    assert found is not None
+    assert iou(found.base, BOX) > 0.9
+
+
 def test_a_few_base_cells_are_no_base_line() -> None:
     speck = np.array([[-0.4, y_m] for y_m in np.linspace(0.0, 0.05, 6)])
     found = footprint([seen_from((-0.8, 0.0), rectangle(0.0, 0.0, 0.2, 0.2))], HEIGHT_M, Ground(nowhere_bare, speck))

@@ -5,12 +5,19 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import shapely
+from numpy.typing import NDArray
 
 from mapserver.mapping.prism import Footprint
-from mapserver.mapping.silhouette import SeenHeight
+from mapserver.mapping.silhouette import SeenHeight, Silhouette
 from mapserver.mapping.thing import MOST_HEIGHTS, SHOWN_BELIEF, SURE_BELIEF, Thing
+from protocol.geometry import Array
+from tests.unit.mapserver.worlds import CAMERA_HEIGHT_M
 
 BASE_LINE_M = np.stack([np.linspace(0.0, 0.2, 21), np.zeros(21)], axis=1)
+
+
+def nowhere_bare(x_m: Array, y_m: Array) -> NDArray[np.bool_]:
+    return np.zeros((len(y_m), len(x_m)), np.bool_)
 
 
 def doubted(observations: int, told: int) -> Thing:
@@ -25,6 +32,15 @@ def doubted(observations: int, told: int) -> Thing:
 @pytest.mark.parametrize(("observations", "told", "is_shown"), [(5, 5, True), (12, 2, False), (12, 3, True), (2000, MOST_HEIGHTS, True)])
 def test_what_is_doubted_is_shown_only_where_its_views_tell_its_height(observations: int, told: int, is_shown: bool) -> None:
     assert doubted(observations, told).is_shown() == is_shown
+
+
+@pytest.mark.parametrize(("grown_m", "is_stale"), [(0.01, False), (0.1, True)])
+def test_the_footprint_follows_a_base_line_that_has_grown(grown_m: float, is_stale: bool) -> None:
+    thing = doubted(12, 12)
+    thing.views.append(Silhouette(np.array([0.1, -0.8]), CAMERA_HEIGHT_M, shapely.box(0.0, 0.0, 0.2, 0.2), 0.5))
+    thing.fit(nowhere_bare)
+    thing.stand_on(BASE_LINE_M + grown_m)
+    assert thing.is_stale == is_stale
 
 
 def test_what_has_no_base_line_on_the_map_is_shown_once_it_is_surely_believed_in() -> None:
