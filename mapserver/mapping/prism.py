@@ -72,7 +72,7 @@ def footprint(views: Sequence[Silhouette], height_m: float | None, ground: Groun
     A thing of unknown height is taken to be about as deep as it is wide. A view that shows less of its width counts for less, and one that
     shows much more, and so something else as well, counts only where there is no other. Its own base line is part of the footprint, floor
     that was seen bare is not, and no part of it is farther from the base line than that is long. A height that puts the thing beside its
-    base line is not believed.
+    base line, or that a view shows to be too much, is not believed.
     """
     views, base_m = own_base(views, np.empty((0, 2)) if ground is None else ground.base_m)
     views, widest_m = _whole(views, base_m)
@@ -115,18 +115,10 @@ def _whole(views: Sequence[Silhouette], base_m: Array) -> tuple[list[Silhouette]
 
 def _with_shrunk(view: Silhouette, height_m: float | None) -> Array:
     """Return a view's outline and its copy drawn towards the eye by the thing's height, shape (2, n, 2) [m; arena]."""
-    square = _scale_for(view.extent, 1.0)
-    scale = square if height_m is None else min(float(shrink(height_m, view.eye_height_m)), _scale_for(view.extent, MOST_DEPTH))
-    shrunk = view.eye_m + scale * (view.corners - view.eye_m)
-    return np.stack([shrunk if _is_top_only(view.extent, scale) else view.corners, shrunk])
-
-
-def _is_top_only(extent: Extent, scale: float) -> bool:
-    """Tell whether an outline is shorter than a thing of this height must appear, so that it cannot begin on the floor.
-
-    Even without any depth, a top appears 1 / scale times as far out as the base. Then only the top was told from the floor.
-    """
-    return extent.far_m * scale < extent.near_m
+    scale = _scale_for(view.extent, 1.0)
+    if height_m is not None and not view.is_too_short_for(height_m):
+        scale = min(float(shrink(height_m, view.eye_height_m)), _scale_for(view.extent, MOST_DEPTH))
+    return np.stack([view.corners, view.eye_m + scale * (view.corners - view.eye_m)])
 
 
 def _scale_for(extent: Extent, depth: float) -> float:

@@ -47,6 +47,13 @@ class Silhouette:
         """The outline's centroid, (2,) [m; arena]."""
         return np.asarray(shapely.get_coordinates(shapely.centroid(self.outline))[0])
 
+    def is_too_short_for(self, height_m: float) -> bool:
+        """Tell whether the outline ends before the top of a thing of this height would appear, even without any depth.
+
+        Either the view told only part of the thing from the floor, or the height is another's.
+        """
+        return bool(self.extent.far_m * shrink(height_m, self.eye_height_m) < self.extent.near_m)
+
     @cached_property
     def extent(self) -> Extent:
         """How far the outline reaches."""

@@ -29,6 +29,7 @@ SURE_BELIEF = 1.0  # ... unless it is believed in so much; what has no base line
 GAIN = 0.4  # of belief, for one clear view
 MOST_BELIEF, SHOWN_BELIEF = 3.0, 0.3
 DISTANT_GAIN = 0.1  # what even a distant view adds
+MISFIT_SHARE, MISFIT_HEIGHT = 0.6, 0.75  # of the views that show a thing shorter than so much of the height told for it
 BORDER_STEP_M = 0.02
 LEAST_AREA_M2 = 3e-4
 LEAST_CENTRE_SIGMA_M = 0.003
@@ -51,13 +52,14 @@ class Thing:
     base_m: Array = field(default_factory=lambda: np.empty((0, 2)))  # (n, 2) centres of the cells with its base line [arena]
     fitted_base_m: Array = field(default_factory=lambda: np.empty((0, 2)))  # (n, 2) the base line that the shape was fitted to [arena]
     is_stale: bool = False  # there are better views than those that the shape was fitted to, or another base line
+    is_misfit: bool = False  # its views show it too short for its height
 
     def is_shown(self) -> bool:
         """Tell whether the thing belongs in the map."""
         least_views, least_belief = (LEAST_VIEWS, SHOWN_BELIEF) if len(self.base_m) else (LEAST_VIEWS_WITHOUT_BASE, SURE_BELIEF)
         known = self.height_m is not None and self.observations >= least_views and self.belief > least_belief
         told = self.belief > SURE_BELIEF or len(self.heights) >= min(LEAST_TOLD_SHARE * self.observations, ENOUGH_TOLD)
-        return known and told and self.shape.base.area > LEAST_AREA_M2
+        return known and told and not self.is_misfit and self.shape.base.area > LEAST_AREA_M2
 
     def border_m(self) -> Array:
         """Return points on the footprint's border, (n, 2) [m; arena], and where the thing's base line was last seen."""
@@ -90,7 +92,15 @@ class Thing:
     def fit(self, is_bare: IsBare) -> None:
         """Fit the footprint to the views and to the floor that is known by now to be bare."""
         self.shape = footprint(self.views, self.height_m, Ground(is_bare, self.base_m)) or self.shape
-        self.fitted_base_m, self.is_stale = self.base_m, False
+        self.fitted_base_m, self.is_misfit, self.is_stale = self.base_m, self._is_misfit(), False
+
+    def _is_misfit(self) -> bool:
+        """Tell whether most views, each the best from its side, show the thing too short for its height.
+
+        What lies flat on the floor, a joint or paint, or a piece of something cut off by its look, has its height from what is near it.
+        """
+        height_m = MISFIT_HEIGHT * (self.height_m or 0.0)
+        return sum(view.is_too_short_for(height_m) for view in self.views) > MISFIT_SHARE * len(self.views)
 
     def take_over(self, other: Thing) -> None:
         """Take all that is known of another thing, which was this one seen from elsewhere."""

@@ -10,9 +10,10 @@ from numpy.typing import NDArray
 from mapserver.mapping.prism import Footprint
 from mapserver.mapping.silhouette import SeenHeight, Silhouette
 from mapserver.mapping.thing import MOST_HEIGHTS, SHOWN_BELIEF, SURE_BELIEF, Thing
-from protocol.geometry import Array
-from tests.unit.mapserver.worlds import CAMERA_HEIGHT_M
+from protocol.geometry import Array, Pose2
+from tests.unit.mapserver.worlds import CAMERA_HEIGHT_M, rectangle, smear_of
 
+HEIGHT_M = 0.25
 BASE_LINE_M = np.stack([np.linspace(0.0, 0.2, 21), np.zeros(21)], axis=1)
 
 
@@ -32,6 +33,17 @@ def doubted(observations: int, told: int) -> Thing:
 @pytest.mark.parametrize(("observations", "told", "is_shown"), [(5, 5, True), (12, 2, False), (12, 3, True), (2000, MOST_HEIGHTS, True)])
 def test_what_is_doubted_is_shown_only_where_its_views_tell_its_height(observations: int, told: int, is_shown: bool) -> None:
     assert doubted(observations, told).is_shown() == is_shown
+
+
+@pytest.mark.parametrize(("seen_m", "is_shown"), [(0.0, False), (HEIGHT_M, True)])
+def test_what_most_views_show_too_short_for_its_height_lies_flat(seen_m: float, is_shown: bool) -> None:
+    box = rectangle(0.1, 0.1, 0.2, 0.2)
+    thing = doubted(12, 12)
+    thing.height_m = HEIGHT_M
+    for eye in (Pose2(-0.8, 0.1, 0.0), Pose2(0.1, -0.8, 0.0), Pose2(1.0, 0.1, 0.0)):
+        thing.views.append(Silhouette(np.array(eye[:2]), CAMERA_HEIGHT_M, shapely.Polygon(smear_of(box, seen_m, eye)), 0.5))
+    thing.fit(nowhere_bare)
+    assert thing.is_shown() == is_shown
 
 
 @pytest.mark.parametrize(("grown_m", "is_stale"), [(0.01, False), (0.1, True)])
