@@ -6,11 +6,12 @@ import heapq
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 import shapely
 
-from mapserver.mapping.base_line import reaches_as_far
+from mapserver.mapping.base_line import LEAST_BASE_CELLS, reaches_as_far
 from mapserver.mapping.belief import Belief
 from mapserver.mapping.prism import Footprint, Ground, IsBare, footprint
 from mapserver.mapping.silhouette import SeenHeight, Silhouette, height_of
@@ -23,16 +24,28 @@ DIRECTION_BINS, VIEWS_PER_BIN = 18, 3  # views kept: the best from each side
 CLEARLY_BETTER = 1.1  # by so much more weight
 MOST_HEIGHTS = 150  # the best resolved count
 HEIGHT_STEP_M = 0.002  # a height that changes by less leaves the footprint as it is
-LEAST_VIEWS, LEAST_VIEWS_WITHOUT_BASE = 3, 4  # of a thing whose base line is on the map, and of one whose is not
 LEAST_TOLD_SHARE, ENOUGH_TOLD = 0.2, 5  # of a thing's views tell its height, or so many do: what does so more seldom is a mixture ...
-SURE_BELIEF = 1.0  # ... unless it is believed in so much; what has no base line on the map has to be
+SURE_BELIEF = 1.0  # ... unless it is believed in so much
 GAIN = 0.4  # of belief, for one clear view
 MOST_BELIEF, SHOWN_BELIEF = 3.0, 0.3
 DISTANT_GAIN = 0.1  # what even a distant view adds
+MOST_MISSED_SHARE = 0.5  # of as many views as show a thing: what is missed more often is a piece of what looks like the floor, or none
 MISFIT_SHARE, MISFIT_HEIGHT = 0.6, 0.75  # of the views that show a thing shorter than so much of the height told for it
 BORDER_STEP_M = 0.02
-LEAST_AREA_M2 = 3e-4
 LEAST_CENTRE_SIGMA_M = 0.003
+
+
+class _Least(NamedTuple):
+    """What a thing needs at least, to belong in the map."""
+
+    views: int
+    belief: float
+    area_m2: float
+
+
+WITH_BASE = _Least(3, SHOWN_BELIEF, 3e-4)
+WITHOUT_BASE = _Least(4, SURE_BELIEF, 25e-4)  # with none on the map, a sliver is but a piece of something that looks like the floor
+ALONE = 2  # times as many views are needed of what one robot alone has seen: it may be another robot that is not where it is believed to be
 
 
 @dataclass(eq=False)
@@ -46,6 +59,8 @@ class Thing:
     seen_ns: int
     belief: float = 0.0
     observations: int = 0
+    misses: int = 0  # views that should have shown it, and did not
+    farthest_m: float = 0.0  # from where a view has shown it
     seen_by: set[str] = field(default_factory=set)
     views: list[Silhouette] = field(default_factory=list)  # that give the thing its shape
     heights: list[SeenHeight] = field(default_factory=list)  # that views told best
@@ -56,10 +71,12 @@ class Thing:
 
     def is_shown(self) -> bool:
         """Tell whether the thing belongs in the map."""
-        least_views, least_belief = (LEAST_VIEWS, SHOWN_BELIEF) if len(self.base_m) else (LEAST_VIEWS_WITHOUT_BASE, SURE_BELIEF)
-        known = self.height_m is not None and self.observations >= least_views and self.belief > least_belief
+        least = WITH_BASE if len(self.base_m) >= LEAST_BASE_CELLS else WITHOUT_BASE
+        least_views = least.views if len(self.seen_by) > 1 else ALONE * least.views
+        known = self.height_m is not None and self.observations >= least_views and self.belief > least.belief
         told = self.belief > SURE_BELIEF or len(self.heights) >= min(LEAST_TOLD_SHARE * self.observations, ENOUGH_TOLD)
-        return known and told and not self.is_misfit and self.shape.base.area > LEAST_AREA_M2
+        seen = self.misses <= MOST_MISSED_SHARE * self.observations and not self.is_misfit
+        return known and told and seen and self.shape.base.area > least.area_m2
 
     def border_m(self) -> Array:
         """Return points on the footprint's border, (n, 2) [m; arena], and where the thing's base line was last seen."""
@@ -70,8 +87,17 @@ class Thing:
         """Believe in the thing the more, for a view that shows it."""
         self.belief = min(MOST_BELIEF, self.belief + GAIN * max(view.clarity(distance_m), DISTANT_GAIN))
         self.observations += 1
+        self.farthest_m = max(self.farthest_m, distance_m)
         self.seen_by.add(view.robot)
         self.seen_ns = view.stamp_ns
+
+    def miss(self, loss: float, distance_m: float) -> None:
+        """Believe in the thing the less, by `loss`, for a view that should show it and does not.
+
+        One from farther away than any that has shown it counts for nothing else: it may be too small to be seen from there.
+        """
+        self.belief -= loss
+        self.misses += distance_m <= self.farthest_m
 
     def add(self, views: Sequence[Silhouette], heights: Sequence[SeenHeight]) -> None:
         """Keep those views that are among the best from their side; where that changes anything, the shape is stale."""
@@ -104,6 +130,8 @@ class Thing:
 
     def take_over(self, other: Thing) -> None:
         """Take all that is known of another thing, which was this one seen from elsewhere."""
+        self.misses = self.misses if self.observations >= other.observations else other.misses
+        self.farthest_m = max(self.farthest_m, other.farthest_m)
         self.belief, self.observations = max(self.belief, other.belief), max(self.observations, other.observations)
         self.seen_by |= other.seen_by
         self.anchor_m = self.anchor_m if self.seen_ns >= other.seen_ns else other.anchor_m

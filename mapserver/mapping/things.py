@@ -75,7 +75,8 @@ class ThingTracker:
             thing.count(view, distance_m)
         missed = self._missed(view, set(shown))
         for thing in missed:
-            thing.belief -= LOSS * view.clarity(math.dist(thing.anchor_m, view.eye_m))
+            distance_m = math.dist(thing.anchor_m, view.eye_m)
+            thing.miss(LOSS * view.clarity(distance_m), distance_m)
         for thing, _ in shown.values():
             self._join(thing)
         self._forget(view.stamp_ns)

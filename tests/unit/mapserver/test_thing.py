@@ -26,6 +26,7 @@ def doubted(observations: int, told: int) -> Thing:
     base = shapely.box(0.0, 0.0, 0.2, 0.2)
     thing = Thing(0, Footprint(base, np.array([0.1, 0.1]), np.zeros((2, 2))), np.zeros(2), 0.1, 0)
     thing.belief, thing.observations, thing.base_m = 2.0 * SHOWN_BELIEF, observations, BASE_LINE_M
+    thing.seen_by = {"r1", "r2"}
     thing.heights = [SeenHeight(0.1, 1.0)] * told
     return thing
 
@@ -33,6 +34,34 @@ def doubted(observations: int, told: int) -> Thing:
 @pytest.mark.parametrize(("observations", "told", "is_shown"), [(5, 5, True), (12, 2, False), (12, 3, True), (2000, MOST_HEIGHTS, True)])
 def test_what_is_doubted_is_shown_only_where_its_views_tell_its_height(observations: int, told: int, is_shown: bool) -> None:
     assert doubted(observations, told).is_shown() == is_shown
+
+
+def test_what_one_robot_alone_has_seen_needs_twice_the_looks() -> None:
+    thing = doubted(5, 5)
+    thing.seen_by = {"r1"}
+    assert not thing.is_shown()
+    thing.observations = 6
+    assert thing.is_shown()
+
+
+def test_what_is_missed_more_than_half_as_often_as_seen_is_not_in_the_map() -> None:
+    thing = doubted(10, 10)
+    thing.farthest_m = 1.0
+    for _ in range(5):
+        thing.miss(1e-3, 0.9)
+    thing.miss(1e-3, 1.1)  # from where it was never seen
+    assert thing.is_shown()
+    thing.miss(1e-3, 0.9)
+    assert not thing.is_shown()
+
+
+def test_a_sliver_without_a_base_line_is_not_in_the_map() -> None:
+    thing = doubted(12, 12)
+    thing.belief = SURE_BELIEF + 0.1
+    thing.shape = thing.shape._replace(base=shapely.box(0.0, 0.0, 0.03, 0.06))
+    assert thing.is_shown()
+    thing.base_m = BASE_LINE_M[:12]
+    assert not thing.is_shown()
 
 
 @pytest.mark.parametrize(("seen_m", "is_shown"), [(0.0, False), (HEIGHT_M, True)])

@@ -163,7 +163,7 @@ def test_something_that_moves_in_front_takes_nothing_away() -> None:
 def test_outlines_of_a_top_alone_make_no_second_thing() -> None:
     world = World()
     world.see(ROUND_THE_BOX, BOX)
-    for eye in ROUND_THE_BOX:
+    for eye in ROUND_THE_BOX[:3]:
         eye_m = np.array(eye[:2])
         top = eye_m + (BOX - eye_m) * 0.5 / (0.5 - HEIGHT_M)
         world.look(eye, [region_of(eye_m + (top - eye_m) * 1.02, eye)])
@@ -173,7 +173,7 @@ def test_outlines_of_a_top_alone_make_no_second_thing() -> None:
 def test_two_things_that_turn_out_to_be_one_are_joined_under_the_older_number() -> None:
     world = World()
     halves = rectangle(-0.2, 0.0, 0.12, 0.12), rectangle(0.2, 0.0, 0.12, 0.12)
-    world.see(ROUND_THE_BOX[:4], *halves)
+    world.see(ROUND_THE_BOX[:6], *halves)
     assert [item.id for item in world.objects()] == [0, 1]
     world.see(ROUND_THE_BOX * 2, rectangle(0.0, 0.0, 0.52, 0.12))
     (item,) = world.objects()
@@ -212,7 +212,7 @@ def test_a_guess_that_is_not_seen_again_is_forgotten_and_a_thing_is_not() -> Non
     world.look(ROUND_THE_BOX[0], [region(BOX, ROUND_THE_BOX[0]), region(OTHER_BOX, ROUND_THE_BOX[0])])
     world.wait(GUESS_NS)
     world.look(Pose2(50.0, 0.0, 0.0), [])
-    world.see(ROUND_THE_BOX[:5], BOX, OTHER_BOX)
+    world.see(ROUND_THE_BOX[:6], BOX, OTHER_BOX)
     assert [item.id for item in world.objects()] == [0, 2]  # the guess had number 1
 
 
