@@ -20,7 +20,7 @@ SEEN_ABOVE = 0.3  # log-odds: one sharp look
 BARE_GAP_CELLS, HIDDEN_GAP_CELLS = 2, 4  # half of what pieces of one base may be apart: bare floor between them, or floor that is hidden
 REACH_CELLS = 4  # a point so near to a cluster lies on it
 LEAST_CELLS = 6
-LARGE_CELLS = 80  # across: what is smaller is one thing, however it lies
+LARGE_CELLS = 60  # across: what is smaller is one thing, however it lies; a base line as long is that of a wall
 SOLID_SHARE = 0.75  # of the hull around a cluster that may be anything but bare floor, from which on it is one thing
 MOST_CUTS = 4
 

@@ -56,6 +56,14 @@ def test_the_walls_of_a_room_are_straight_clusters() -> None:
     assert 0 not in (cluster_at(clusters, 17, 200), cluster_at(clusters, 200, 17))
 
 
+def test_a_room_s_corner_is_two_walls_as_soon_as_one_is_as_long_as_walls_are() -> None:
+    log_odds = floor()
+    log_odds[20:90, 20:90] = BARE
+    log_odds[16:20, 16:86] = log_odds[16:86, 16:20] = BASE
+    clusters = clusters_of(WINDOW, log_odds)
+    assert cluster_at(clusters, 17, 80) != cluster_at(clusters, 80, 17)
+
+
 def test_a_large_thing_seen_from_all_sides_stays_whole() -> None:
     log_odds = floor()
     log_odds[:] = BARE
