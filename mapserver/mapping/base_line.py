@@ -32,6 +32,11 @@ def own_base(views: Sequence[Silhouette], base_m: Array) -> tuple[Sequence[Silho
     return [view for view, share in zip(views, shares, strict=True) if share > 0.0], base_m
 
 
+def lies_beside(base_m: Array, base: shapely.Polygon) -> bool:
+    """Tell whether no part of a base line, (n, 2) [m; arena], lies in a footprint, so that it cannot be its own."""
+    return len(base_m) >= LEAST_BASE_CELLS and not shapely.contains_xy(shapely.buffer(base, OWN_MARGIN_M, quad_segs=1), *base_m.T).any()
+
+
 def reaches_as_far(first_m: Array, second_m: Array) -> bool:
     """Tell whether the boxes around two base lines, (n, 2) [m; arena] each, are nearly the same; that around none is like no other."""
     if not len(first_m) or not len(second_m):

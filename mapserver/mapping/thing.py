@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 import shapely
 
-from mapserver.mapping.base_line import LEAST_BASE_CELLS, reaches_as_far
+from mapserver.mapping.base_line import LEAST_BASE_CELLS, lies_beside, reaches_as_far
 from mapserver.mapping.belief import Belief
 from mapserver.mapping.prism import Footprint, Ground, IsBare, footprint
 from mapserver.mapping.silhouette import SeenHeight, Silhouette, height_of
@@ -46,7 +46,7 @@ class _Least(NamedTuple):
 
 
 WITH_BASE = _Least(3, SHOWN_BELIEF, 3e-4)
-WITHOUT_BASE = _Least(4, SURE_BELIEF, 25e-4)  # with none on the map, a sliver is but a piece of something that looks like the floor
+WITHOUT_BASE = _Least(6, SURE_BELIEF, 25e-4)  # with none on the map, a sliver is but a piece of something that looks like the floor
 ALONE = 2  # times as many views are needed of what one robot alone has seen: it may be another robot that is not where it is believed to be
 
 
@@ -70,7 +70,7 @@ class Thing:
     base_m: Array = field(default_factory=lambda: np.empty((0, 2)))  # (n, 2) centres of the cells with its base line [arena]
     fitted_base_m: Array = field(default_factory=lambda: np.empty((0, 2)))  # (n, 2) the base line that the shape was fitted to [arena]
     is_stale: bool = False  # there are better views than those that the shape was fitted to, or another base line
-    is_misfit: bool = False  # its views show it too short for its height
+    is_misfit: bool = False  # its views show it too short for its height, or it stands beside its base line
 
     def is_shown(self) -> bool:
         """Tell whether the thing belongs in the map."""
@@ -125,11 +125,14 @@ class Thing:
         self.fitted_base_m, self.is_misfit, self.is_stale = self.base_m, self._is_misfit(), False
 
     def _is_misfit(self) -> bool:
-        """Tell whether most views, each the best from its side, show the thing too short for its height.
+        """Tell whether the thing stands beside its base line, or most views, each the best from its side, show it too short for its height.
 
-        What lies flat on the floor, a joint or paint, or a piece of something cut off by its look, has its height from what is near it.
+        A stretch of a wall that was taken for another thing keeps that one's base line until it has its own. What lies flat on the floor, a
+        joint or paint, or a piece of something cut off by its look, has its height from what is near it.
         """
         height_m = MISFIT_HEIGHT * (self.height_m or 0.0)
+        if lies_beside(self.base_m, self.shape.base):
+            return True
         return sum(view.is_too_short_for(height_m) for view in self.views) > MISFIT_SHARE * len(self.views)
 
     def take_over(self, other: Thing) -> None:

@@ -81,6 +81,15 @@ def test_what_most_views_show_too_short_for_its_height_lies_flat(seen_m: float, 
     assert thing.is_shown() == is_shown
 
 
+@pytest.mark.parametrize(("away_m", "is_shown"), [(0.0, True), (0.5, False)])
+def test_what_stands_beside_its_base_line_is_not_in_the_map(away_m: float, is_shown: bool) -> None:
+    thing = doubted(12, 12)
+    thing.views.append(Silhouette(np.array([0.1, -0.8]), CAMERA_HEIGHT_M, shapely.box(0.0, 0.0, 0.2, 0.5), 0.5))
+    thing.base_m = BASE_LINE_M + away_m
+    thing.fit(nowhere_bare)
+    assert thing.is_shown() == is_shown
+
+
 @pytest.mark.parametrize(("grown_m", "is_stale"), [(0.01, False), (0.1, True)])
 def test_the_footprint_follows_a_base_line_that_has_grown(grown_m: float, is_stale: bool) -> None:
     thing = doubted(12, 12)

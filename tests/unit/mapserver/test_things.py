@@ -230,7 +230,7 @@ def test_the_number_of_things_is_bounded_and_the_least_believed_go_first() -> No
     for far in range(MOST_THINGS // 20):
         eye = Pose2(10.0 * far + 10.0, 0.0, 0.0)
         grid = [rectangle(eye.x_m + x, y, 0.06, 0.06) for x in (-0.8, -0.4, 0.2, 0.5, 0.9) for y in (-0.9, -0.5, 0.2, 0.5, 0.9)]
-        for _ in range(8):
+        for _ in range(12):
             world.look(eye, [region(base, eye, seen_m=0.01, height_m=0.01) for base in grid])
     objects = world.objects()
     assert len(objects) == MOST_THINGS
