@@ -18,7 +18,7 @@ from agent.control.trodden import Trodden
 from protocol.geometry import Array, Pose2
 from protocol.messages import LocalMap
 
-STATIC_S, TRODDEN_S, MOVING_S = 20.0, 2.0, 0.5  # how long something hidden is remembered; the second, where a robot has been
+STATIC_S, TRODDEN_S, MOVING_S = 120.0, 2.0, 0.5  # how long something hidden is remembered; the second, where a robot has been
 ONE_THING_M = 0.05  # what stands so near to something hidden is remembered with it, though it shows no more: its side may be like the floor
 GOES_ON_RAD, GOES_ON_M = 0.5, 0.02  # something hidden goes on where something is seen in its direction, so near to what is hidden
 AT_REST_S = 1.0  # what has moved is taken to move for so long after that
