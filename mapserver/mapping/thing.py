@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import heapq
-import math
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -30,7 +29,6 @@ SURE_BELIEF = 1.0  # ... unless it is believed in so much
 GAIN = 0.4  # of belief, for one clear view
 MOST_BELIEF, SHOWN_BELIEF = 3.0, 0.3
 DISTANT_GAIN = 0.1  # what even a distant view adds
-SURE_REACH = 3.1  # camera heights: what nobody has seen from nearer is but a smear, its place and its height a guess
 MOST_MISSED_SHARE = 0.5  # of as many views as show a thing: what is missed more often is a piece of what looks like the floor, or none
 MISFIT_SHARE, MISFIT_HEIGHT = 0.6, 0.75  # of the views that show a thing shorter than so much of the height told for it
 BORDER_STEP_M = 0.02
@@ -63,7 +61,6 @@ class Thing:
     observations: int = 0
     misses: int = 0  # views that should have shown it, and did not
     farthest_m: float = 0.0  # from where a view has shown it
-    nearest: float = math.inf  # from where a view has shown it [camera heights]
     seen_by: set[str] = field(default_factory=set)
     views: list[Silhouette] = field(default_factory=list)  # that give the thing its shape
     heights: list[SeenHeight] = field(default_factory=list)  # that views told best
@@ -78,8 +75,8 @@ class Thing:
         least_views = least.views if len(self.seen_by) > 1 else ALONE * least.views
         known = self.height_m is not None and self.observations >= least_views and self.belief > least.belief
         told = self.belief > SURE_BELIEF or len(self.heights) >= min(LEAST_TOLD_SHARE * self.observations, ENOUGH_TOLD)
-        seen = self.nearest < SURE_REACH and self.misses <= MOST_MISSED_SHARE * self.observations and not self.is_misfit
-        return known and told and seen and self.shape.base.area > least.area_m2
+        stands = self.misses <= MOST_MISSED_SHARE * self.observations and not self.is_misfit
+        return known and told and stands and self.shape.base.area > least.area_m2
 
     def border_m(self) -> Array:
         """Return points on the footprint's border, (n, 2) [m; arena], and where the thing's base line was last seen."""
@@ -91,7 +88,6 @@ class Thing:
         self.belief = min(MOST_BELIEF, self.belief + GAIN * max(view.clarity(distance_m), DISTANT_GAIN))
         self.observations += 1
         self.farthest_m = max(self.farthest_m, distance_m)
-        self.nearest = min(self.nearest, distance_m / view.eye_height_m)
         self.seen_by.add(view.robot)
         self.seen_ns = view.stamp_ns
 
@@ -138,7 +134,7 @@ class Thing:
     def take_over(self, other: Thing) -> None:
         """Take all that is known of another thing, which was this one seen from elsewhere."""
         self.misses = self.misses if self.observations >= other.observations else other.misses
-        self.farthest_m, self.nearest = max(self.farthest_m, other.farthest_m), min(self.nearest, other.nearest)
+        self.farthest_m = max(self.farthest_m, other.farthest_m)
         self.belief, self.observations = max(self.belief, other.belief), max(self.observations, other.observations)
         self.seen_by |= other.seen_by
         self.anchor_m = self.anchor_m if self.seen_ns >= other.seen_ns else other.anchor_m

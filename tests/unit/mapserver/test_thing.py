@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from mapserver.mapping.prism import Footprint
 from mapserver.mapping.silhouette import SeenHeight, Silhouette
-from mapserver.mapping.thing import MOST_HEIGHTS, SHOWN_BELIEF, SURE_BELIEF, SURE_REACH, Thing
+from mapserver.mapping.thing import MOST_HEIGHTS, SHOWN_BELIEF, SURE_BELIEF, Thing
 from protocol.geometry import Array, Pose2
 from tests.unit.mapserver.worlds import CAMERA_HEIGHT_M, rectangle, smear_of
 
@@ -26,7 +26,7 @@ def doubted(observations: int, told: int) -> Thing:
     base = shapely.box(0.0, 0.0, 0.2, 0.2)
     thing = Thing(0, Footprint(base, np.array([0.1, 0.1]), np.zeros((2, 2))), np.zeros(2), 0.1, 0)
     thing.belief, thing.observations, thing.base_m = 2.0 * SHOWN_BELIEF, observations, BASE_LINE_M
-    thing.seen_by, thing.nearest = {"r1", "r2"}, 1.0
+    thing.seen_by = {"r1", "r2"}
     thing.heights = [SeenHeight(0.1, 1.0)] * told
     return thing
 
@@ -52,12 +52,6 @@ def test_what_is_missed_more_than_half_as_often_as_seen_is_not_in_the_map() -> N
     thing.miss(1e-3, 1.1)  # from where it was never seen
     assert thing.is_shown()
     thing.miss(1e-3, 0.9)
-    assert not thing.is_shown()
-
-
-def test_what_nobody_has_seen_from_near_is_not_in_the_map() -> None:
-    thing = doubted(12, 12)
-    thing.nearest = SURE_REACH + 0.1
     assert not thing.is_shown()
 
 

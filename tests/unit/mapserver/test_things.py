@@ -100,14 +100,6 @@ def test_one_look_and_looks_that_tell_no_height_show_nothing() -> None:
     assert world.objects() == ()
 
 
-def test_what_was_only_seen_from_afar_waits_for_a_look_from_near() -> None:
-    world = World()
-    world.see([Pose2(2.5 * eye.x_m, 2.5 * eye.y_m, 0.0) for eye in ROUND_THE_BOX] * 2, BOX)
-    assert world.objects() == ()
-    world.see(ROUND_THE_BOX[:1], BOX)
-    assert len(world.objects()) == 1
-
-
 def test_impossible_heights_are_not_believed() -> None:
     world = World()
     for eye in ROUND_THE_BOX:
