@@ -17,7 +17,8 @@ from protocol.geometry import Array
 SLOW_M = 0.12  # with less free way than this the robot is slower than it may be
 MOVING_EXTRA_M = 0.03  # the margin from what moves by itself is larger by this
 STEP_M = 0.005  # between two places of the disc that are looked at
-NEARER_M = 0.002  # coming nearer by less than this is no approach
+NEARER_M = 0.002  # coming nearer by less than this is no approach ...
+LEAST_M = 0.012  # ... except to what is nearer than this, or soon would be: many small approaches add up to a touch
 PACES = 1.0 - np.linspace(0.0, 1.0, 13)[:-1]  # of the wanted speed, that are tried in turn
 
 
@@ -69,7 +70,7 @@ def free_way_m(twist: Twist, things: Borders, keeping: Keeping) -> float:
     x_m, y_m = things.points_m.T
     now = np.hypot(x_m, y_m) - keeping.radius_m
     then = np.hypot(centres[:, :1] - x_m, centres[:, 1:] - y_m) - keeping.radius_m
-    too_near = (then < np.minimum(margins, now - NEARER_M)).any(axis=1)
+    too_near = (then < np.minimum(margins, np.minimum(now, np.maximum(now - NEARER_M, LEAST_M)))).any(axis=1)
     return float(ways[int(np.argmax(too_near))] - STEP_M) if too_near.any() else SLOW_M
 
 

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from agent.control.borders import Borders
 from agent.control.limits import applied
 from agent.control.near_things import NearThings
-from agent.control.safety import MOVING_EXTRA_M, SLOW_M, STEP_M, Checked, Keeping, checked, free_way_m
+from agent.control.safety import LEAST_M, MOVING_EXTRA_M, SLOW_M, STEP_M, Checked, Keeping, checked, free_way_m
 from agent.control.tracking import track
 from agent.control.twist import STANDING, Twist
 from protocol.geometry import Array, Pose2
@@ -64,6 +64,15 @@ def test_leaving_what_is_too_near_is_free_and_coming_nearer_is_not() -> None:
     near = things((0.08, 0.0))
     assert checked(Twist(-0.1, 0.0), near, KEEPING).twist == Twist(-0.1, 0.0)
     assert checked(Twist(0.1, 0.0), near, KEEPING).blocked
+
+
+def test_many_small_approaches_do_not_add_up_to_a_touch() -> None:
+    robot, post, aside_rad = Unicycle(Pose2(0.0, 0.0, math.radians(20.0))), np.array([0.0, 0.097]), math.radians(70.0)
+    for _ in range(200):  # round a post, and always a little towards it
+        x_m, y_m = robot.pose.inverse().apply(post)
+        turn_rad_s = 2.0 * (math.atan2(y_m, x_m) - aside_rad)
+        robot.drive(checked(Twist(0.1, turn_rad_s), things((float(x_m), float(y_m))), KEEPING).twist)
+        assert np.hypot(*robot.pose.inverse().apply(post)) > KEEPING.radius_m + LEAST_M - 0.002
 
 
 def test_a_gap_twice_as_wide_as_the_robot_can_be_driven_through() -> None:
