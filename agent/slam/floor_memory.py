@@ -46,6 +46,7 @@ class _Region(NamedTuple):
 
     points_m: Array  # (rows, cols, 2) [body] of a window around it
     grain: Field  # (rows, cols) of that window
+    power: Field  # (rows, cols) of the grain, summed nearby
     inside: NDArray[np.bool_]  # (rows, cols)
 
 
@@ -107,7 +108,8 @@ class FloorMemory:
         whole = (cv2.dilate(filled, np.ones((2 * RIM_CELLS + 1,) * 2, np.uint8)) > 0) & (self._ring[window] > 0)
         if whole.sum() < LEAST_CELLS:
             return None
-        return _Region(self._patch.points_m[window], _grain(cells[window]), whole)
+        grain = _grain(cells[window])
+        return _Region(self._patch.points_m[window], grain, _near_sum(grain * grain), whole)
 
     def _likeness(self, region: _Region, view: _View, view_from_body: Pose2) -> Field:
         """Return how alike a region's floor looks in an earlier view, (rows, cols), -1 to 1; UNSEEN where it was not in sight."""
@@ -115,8 +117,8 @@ class FloorMemory:
         rows, columns = places[..., 0], places[..., 1]
         clear = cv2.remap(view.clear, columns, rows, cv2.INTER_NEAREST, borderValue=0)
         then = _grain(np.asarray(cv2.remap(view.cells, columns, rows, cv2.INTER_LINEAR), np.uint8))
-        both, now_only, then_only = (_near_sum(a * b) for a, b in ((region.grain, then), (region.grain, region.grain), (then, then)))
-        return np.where(clear > 0, both / np.sqrt(now_only * then_only + 1e-12), np.float32(UNSEEN)).astype(np.float32)
+        both, power = _near_sum(region.grain * then), _near_sum(then * then)
+        return np.where(clear > 0, both / np.sqrt(region.power * power + 1e-12), np.float32(UNSEEN)).astype(np.float32)
 
 
 def _near_sum(field: Field) -> Field:
