@@ -39,7 +39,10 @@ def seen_borders(local_map: LocalMap, body_radius_m: float) -> SeenBorders:
     outlines = [region.outline.metres() for region in local_map.regions]
     things = [(region, outline) for region, outline in zip(local_map.regions, outlines, strict=True) if _is_thing(outline, local_map)]
     points, owner = _near_points([outline for _, outline in things])
-    moving = _belongs(points, bodies, body_radius_m) | np.array([region.motion == "moving" for region, _ in things], dtype=np.bool_)[owner]
+    moving = (
+        within(points, bodies, body_radius_m + ROBOT_MARGIN_M)
+        | np.array([region.motion == "moving" for region, _ in things], dtype=np.bool_)[owner]
+    )
     labels = np.array([region.label for region, _ in things], dtype=np.int64)[owner]
     robots = (bodies[norms(bodies) < NEAR_M + body_radius_m][:, None] + _circle(body_radius_m)).reshape(-1, 2)
     return SeenBorders(
@@ -85,10 +88,9 @@ def norms(vectors: Array) -> Array:
     return np.asarray(np.hypot(vectors[:, 0], vectors[:, 1]))
 
 
-def _belongs(points_m: Array, bodies_m: Array, radius_m: float) -> NDArray[np.bool_]:
-    """Tell which points, (n,), lie on or next to one of some robots' bodies, (k, 2)."""
-    apart = np.linalg.norm(points_m[:, None] - bodies_m[None], axis=2)
-    return np.asarray((apart < radius_m + ROBOT_MARGIN_M).any(axis=1))
+def within(points_m: Array, others_m: Array, distance_m: float) -> NDArray[np.bool_]:
+    """Tell which points, (n, 2), are nearer than a distance to one of some others, (k, 2)."""
+    return np.asarray((np.hypot(*(points_m[:, None] - others_m).transpose(2, 0, 1)) < distance_m).any(axis=1))
 
 
 def _circle(radius_m: float) -> Array:

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from agent.control.borders import NEAR_M, SPACING_M, Borders, norms, seen_borders
+from agent.control.borders import NEAR_M, SPACING_M, Borders, norms, seen_borders, within
 from agent.control.persistence import Persistence
 from agent.control.trodden import Trodden
 from protocol.geometry import Array, Pose2
@@ -93,18 +93,16 @@ class NearThings:
         known = self._known.select(stamp_ns <= self._known.until_ns())
         body_from_odom = odom_from_body.inverse()
         is_hidden = norms(body_from_odom.apply(known.points_m)) < hidden_range_m
-        known = known.select(is_hidden | (~known.moving & _is_near(known.points_m, known.points_m[is_hidden & ~known.moving])))
-        places = body_from_odom.apply(known.points_m)
+        known = known.select(is_hidden | (~known.moving & within(known.points_m, known.points_m[is_hidden & ~known.moving], ONE_THING_M)))
+        is_old = stamp_ns - known.seen_ns > 1e9 * TRODDEN_S
+        return known.select(~(is_old & self._is_doubtful(known, seen, body_from_odom, hidden_range_m))) if is_old.any() else known
+
+    def _is_doubtful(self, known: KnownBorders, seen: KnownBorders, body_from_odom: Pose2, hidden_range_m: float) -> NDArray[np.bool_]:
+        """Tell which hidden points, (n,), lie where a robot has been, and nothing is seen right behind them but what does so, too."""
         beside = seen.select(norms(body_from_odom.apply(seen.points_m)) < hidden_range_m + GOES_ON_M)
         others = beside.select(~self._trodden.holds(beside.points_m))
-        is_doubtful = (stamp_ns - known.seen_ns > 1e9 * TRODDEN_S) & ~_go_on(places, body_from_odom.apply(others.points_m))
-        is_doubtful[is_doubtful] = self._trodden.holds(known.points_m[is_doubtful])
-        return known.select(~is_doubtful)
-
-
-def _is_near(points_m: Array, others_m: Array) -> NDArray[np.bool_]:
-    """Tell which points, (n, 2), belong to the same thing as one of some others, (m, 2)."""
-    return np.asarray((np.hypot(*(points_m[:, None] - others_m).transpose(2, 0, 1)) < ONE_THING_M).any(axis=1))
+        goes_on = _go_on(body_from_odom.apply(known.points_m), body_from_odom.apply(others.points_m))
+        return self._trodden.holds(known.points_m) & ~goes_on
 
 
 def _go_on(hidden_m: Array, seen_m: Array) -> NDArray[np.bool_]:

@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from agent.control.borders import within
 from protocol.geometry import Array
 
 TRODDEN_S = 30.0  # for how long it tells: later somebody may have put something down
@@ -40,7 +41,4 @@ class Trodden:
 
     def holds(self, points_m: Array) -> NDArray[np.bool_]:
         """Tell which of some points, (n, 2) [odom], lie where a robot has been."""
-        if not self._places:
-            return np.zeros(len(points_m), np.bool_)
-        centres = np.array([place.centre_m for place in self._places])
-        return np.asarray((np.hypot(*(points_m[:, None] - centres).transpose(2, 0, 1)) < self._radius_m).any(axis=1))
+        return within(points_m, np.array([place.centre_m for place in self._places]).reshape(-1, 2), self._radius_m)

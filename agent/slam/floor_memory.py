@@ -71,11 +71,11 @@ class FloorMemory:
 
     def lies_flat(self, outline_m: Array, cells: Picture, odom_from_body: Pose2) -> bool | None:
         """Tell whether all within an outline, (n, 2) [body], lies in the floor, given the newest patch; None: no view can tell."""
-        agreement = self.agreement(outline_m, cells, odom_from_body)
+        agreement = self._agreement(outline_m, cells, odom_from_body)
         return None if agreement is None else agreement > AGREEING
 
-    def agreement(self, outline_m: Array, cells: Picture, odom_from_body: Pose2) -> float | None:
-        """Return how well all but SLACK of an outline looks as the floor would from the robot's earlier places: see `lies_flat`."""
+    def _agreement(self, outline_m: Array, cells: Picture, odom_from_body: Pose2) -> float | None:
+        """Return how alike all but SLACK of an outline looks from the robot's earlier places, -1 to 1; None: no view can tell."""
         region = self._region(outline_m, cells)
         if region is None:
             return None

@@ -47,20 +47,22 @@ def test_specks_are_no_cluster() -> None:
     assert clusters_of(WINDOW, log_odds).cells == ()
 
 
-def test_the_walls_of_a_room_are_straight_clusters() -> None:
+def corner(bare_to: int, walls_to: int) -> Clusters:
+    """Return the clusters of a room's corner: bare floor, and two walls, up to these rows and columns."""
     log_odds = floor()
-    log_odds[20:240, 20:240] = BARE
-    log_odds[16:20, 16:244] = log_odds[16:244, 16:20] = BASE
-    clusters = clusters_of(WINDOW, log_odds)
+    log_odds[20:bare_to, 20:bare_to] = BARE
+    log_odds[16:20, 16:walls_to] = log_odds[16:walls_to, 16:20] = BASE
+    return clusters_of(WINDOW, log_odds)
+
+
+def test_the_walls_of_a_room_are_straight_clusters() -> None:
+    clusters = corner(240, 244)
     assert cluster_at(clusters, 17, 200) != cluster_at(clusters, 200, 17)
     assert 0 not in (cluster_at(clusters, 17, 200), cluster_at(clusters, 200, 17))
 
 
 def test_a_room_s_corner_is_two_walls_as_soon_as_one_is_as_long_as_walls_are() -> None:
-    log_odds = floor()
-    log_odds[20:90, 20:90] = BARE
-    log_odds[16:20, 16:86] = log_odds[16:86, 16:20] = BASE
-    clusters = clusters_of(WINDOW, log_odds)
+    clusters = corner(90, 86)
     assert cluster_at(clusters, 17, 80) != cluster_at(clusters, 80, 17)
 
 

@@ -31,6 +31,13 @@ def doubted(observations: int, told: int) -> Thing:
     return thing
 
 
+def seen_from_ahead(far_m: float) -> Thing:
+    """Return such a thing with one view of it, that shows it from its base line to so far behind."""
+    thing = doubted(12, 12)
+    thing.views.append(Silhouette(np.array([0.1, -0.8]), CAMERA_HEIGHT_M, shapely.box(0.0, 0.0, 0.2, far_m), 0.5))
+    return thing
+
+
 @pytest.mark.parametrize(("observations", "told", "is_shown"), [(5, 5, True), (12, 2, False), (12, 3, True), (2000, MOST_HEIGHTS, True)])
 def test_what_is_doubted_is_shown_only_where_its_views_tell_its_height(observations: int, told: int, is_shown: bool) -> None:
     assert doubted(observations, told).is_shown() == is_shown
@@ -77,8 +84,7 @@ def test_what_most_views_show_too_short_for_its_height_lies_flat(seen_m: float, 
 
 @pytest.mark.parametrize(("away_m", "is_shown"), [(0.0, True), (0.5, False)])
 def test_what_stands_beside_its_base_line_is_not_in_the_map(away_m: float, is_shown: bool) -> None:
-    thing = doubted(12, 12)
-    thing.views.append(Silhouette(np.array([0.1, -0.8]), CAMERA_HEIGHT_M, shapely.box(0.0, 0.0, 0.2, 0.5), 0.5))
+    thing = seen_from_ahead(0.5)
     thing.base_m = BASE_LINE_M + away_m
     thing.fit(nowhere_bare)
     assert thing.is_shown() == is_shown
@@ -86,8 +92,7 @@ def test_what_stands_beside_its_base_line_is_not_in_the_map(away_m: float, is_sh
 
 @pytest.mark.parametrize(("grown_m", "is_stale"), [(0.01, False), (0.1, True)])
 def test_the_footprint_follows_a_base_line_that_has_grown(grown_m: float, is_stale: bool) -> None:
-    thing = doubted(12, 12)
-    thing.views.append(Silhouette(np.array([0.1, -0.8]), CAMERA_HEIGHT_M, shapely.box(0.0, 0.0, 0.2, 0.2), 0.5))
+    thing = seen_from_ahead(0.2)
     thing.fit(nowhere_bare)
     thing.stand_on(BASE_LINE_M + grown_m)
     assert thing.is_stale == is_stale
