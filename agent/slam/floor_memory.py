@@ -37,17 +37,17 @@ class _View(NamedTuple):
     """The floor as it was seen from one place."""
 
     odom_from_body: Pose2
-    cells: Picture  # (size, size) grey
+    grain: Field  # (size, size)
     clear: Mask  # (size, size) 1 where the floor was in view, 0 beside and behind robots
 
 
 class _Region(NamedTuple):
     """One outline in the newest patch."""
 
-    points_m: Array  # (rows, cols, 2) [body] of a window around it
+    first: NDArray[np.int32]  # (2,) row and column at which a window around it begins
     grain: Field  # (rows, cols) of that window
-    power: Field  # (rows, cols) of the grain, summed nearby
-    inside: NDArray[np.bool_]  # (rows, cols)
+    power: Field  # (rows, cols) of the grain's square, summed nearby
+    inside: Mask  # (rows, cols) 1 within the outline
 
 
 class FloorMemory:
@@ -67,26 +67,22 @@ class FloorMemory:
             way = self._views[-1].odom_from_body.between(odom_from_body)
             if np.hypot(way.x_m, way.y_m) < SPACING * self._patch.height_m:
                 return
-        self._views.append(_View(odom_from_body, cells, self._clear(robots_m)))
+        self._views.append(_View(odom_from_body, _grain(cells), self._clear(robots_m)))
 
     def lies_flat(self, outline_m: Array, cells: Picture, odom_from_body: Pose2) -> bool | None:
-        """Tell whether all within an outline, (n, 2) [body], lies in the floor, given the newest patch; None: no view can tell."""
-        agreement = self._agreement(outline_m, cells, odom_from_body)
-        return None if agreement is None else agreement > AGREEING
-
-    def _agreement(self, outline_m: Array, cells: Picture, odom_from_body: Pose2) -> float | None:
-        """Return how alike all but SLACK of an outline looks from the robot's earlier places, -1 to 1; None: no view can tell."""
+        """Tell whether all but SLACK of an outline, (n, 2) [body], lies in the floor, given the newest patch; None: no view can tell."""
         region = self._region(outline_m, cells)
         if region is None:
             return None
         best = np.full(region.grain.shape, UNSEEN, np.float32)
-        for view in self._views:
+        for view in reversed(self._views):
             way = view.odom_from_body.between(odom_from_body)
             if np.hypot(way.x_m, way.y_m) >= BASELINE * self._patch.height_m:
                 np.maximum(best, self._likeness(region, view, way), out=best)
-        told = best[region.inside]
-        is_seen = told > UNSEEN
-        return float(np.quantile(told[is_seen], SLACK)) if is_seen.mean() > LEAST_SEEN else None
+                if _share(best > AGREEING, region.inside) >= 1.0 - SLACK:
+                    return True
+        seen = _share(best > UNSEEN, region.inside)
+        return bool(_share(best > AGREEING, region.inside) >= (1.0 - SLACK) * seen) if seen > LEAST_SEEN else None
 
     def _clear(self, robots_m: Array) -> Mask:
         clear: Mask = self._ring.copy()
@@ -109,16 +105,26 @@ class FloorMemory:
         if whole.sum() < LEAST_CELLS:
             return None
         grain = _grain(cells[window])
-        return _Region(self._patch.points_m[window], grain, _near_sum(grain * grain), whole)
+        return _Region(first, grain, _near_sum(grain * grain), whole.view(np.uint8))
 
     def _likeness(self, region: _Region, view: _View, view_from_body: Pose2) -> Field:
         """Return how alike a region's floor looks in an earlier view, (rows, cols), -1 to 1; UNSEEN where it was not in sight."""
-        places = self._patch.cells(view_from_body.apply(region.points_m.reshape(-1, 2))).reshape(region.points_m.shape).astype(np.float32)
-        rows, columns = places[..., 0], places[..., 1]
-        clear = cv2.remap(view.clear, columns, rows, cv2.INTER_NEAREST, borderValue=0)
-        then = _grain(np.asarray(cv2.remap(view.cells, columns, rows, cv2.INTER_LINEAR), np.uint8))
+        moved, size = self._cells_moved(view_from_body, region.first), region.grain.shape[::-1]
+        then = np.asarray(cv2.warpAffine(view.grain, moved, size, flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP), np.float32)
+        clear = cv2.warpAffine(view.clear, moved, size, flags=cv2.INTER_NEAREST | cv2.WARP_INVERSE_MAP)
         both, power = _near_sum(region.grain * then), _near_sum(then * then)
         return np.where(clear > 0, both / np.sqrt(region.power * power + 1e-12), np.float32(UNSEEN)).astype(np.float32)
+
+    def _cells_moved(self, view_from_body: Pose2, first: NDArray[np.int32]) -> Array:
+        """Return what takes column and row of a window that begins at row and column `first` to those of a view's patch, (2, 3)."""
+        corner = first + np.array([[0, 0], [0, 1], [1, 0]])
+        begin, next_column, next_row = self._patch.cells(view_from_body.apply(self._patch.points_m[corner[:, 0], corner[:, 1]]))[:, ::-1]
+        return np.column_stack([next_column - begin, next_row - begin, begin])
+
+
+def _share(field: NDArray[np.bool_], inside: Mask) -> float:
+    """Return of how much of a region, (rows, cols) 1 inside, something is true."""
+    return cv2.countNonZero(inside & field.view(np.uint8)) / cv2.countNonZero(inside)
 
 
 def _near_sum(field: Field) -> Field:

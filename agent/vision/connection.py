@@ -53,7 +53,7 @@ def _span(piece: Pixels, centre_px: Array) -> tuple[float, float, float, float]:
     """Return first and last direction [rad], counted on from the piece's own middle, and least and greatest radius [px]."""
     offset = piece - centre_px
     middle = float(np.arctan2(*offset.mean(axis=0)[::-1]))
-    turn = np.angle(np.exp(1j * (np.arctan2(offset[:, 1], offset[:, 0]) - middle)))
+    turn = (np.arctan2(offset[:, 1], offset[:, 0]) - middle + np.pi) % (2.0 * np.pi) - np.pi
     radius = np.hypot(offset[:, 0], offset[:, 1])
     return middle + float(turn.min()), middle + float(turn.max()), float(radius.min()), float(radius.max())
 

@@ -58,7 +58,8 @@ def _cut(offsets: Array) -> Array:
 def _steps(near_m: Array, least_step_m: float) -> list[int]:
     """Return the directions in which a thing behind begins to be seen beside one in front, given the least range in each, (BINS,)."""
     leap_m = np.diff(near_m)
-    away, back = np.flatnonzero(leap_m > least_step_m), np.flatnonzero(leap_m < -least_step_m)
+    seen = (near_m[:-1] < NOTHING_M) & (near_m[1:] < NOTHING_M)
+    away, back = np.flatnonzero(seen & (leap_m > least_step_m)), np.flatnonzero(seen & (leap_m < -least_step_m))
     after = [int(i) + 1 for i in away if _are_two(near_m[i::-1], near_m[i + 1 :], least_step_m)]
     before = [int(i) for i in back if _are_two(near_m[i + 1 :], near_m[i::-1], least_step_m)]
     return after + before

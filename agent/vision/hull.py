@@ -60,7 +60,7 @@ def centre_of_polygon(vertices: Array) -> Array:
         raise GeometryError(f"object centre: the polygon needs finite vertices, not {vertices.tolist()}")
     middle = 0.5 * (vertices.min(axis=0) + vertices.max(axis=0))
     here = vertices - middle  # near the origin the cross products keep their digits
-    there = np.roll(here, -1, axis=0)
+    there = np.concatenate([here[1:], here[:1]])
     cross = here[:, 0] * there[:, 1] - there[:, 0] * here[:, 1]
     if abs(cross.sum()) <= _FLAT * np.square(here).sum():
         return np.asarray(middle)

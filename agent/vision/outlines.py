@@ -123,4 +123,4 @@ def _counter_clockwise(points: Array, compact: bool) -> Array:
 def signed_area(polygon: Array) -> float:
     """Return the area of a polygon, (n, 2), positive when it runs counter-clockwise."""
     x, y = polygon.T
-    return float(0.5 * (x * np.roll(y, -1) - np.roll(x, -1) * y).sum())
+    return float(0.5 * (x[:-1] @ y[1:] - x[1:] @ y[:-1] + x[-1] * y[0] - x[0] * y[-1]))
