@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from mapserver.formation.bumps import Bumps
 from mapserver.formation.costmap import CostMap, Disc, cost_map
 from mapserver.formation.driving import Driving
 from mapserver.formation.follow import TIGHT_SIDE_M, Body
@@ -54,6 +55,7 @@ class FormationController:
         self._slots: dict[str, tuple[float, float]] = {}
         self._leader = ""
         self._is_led_on = False  # whoever leads goes on to: the way to this goal is not done
+        self._bumps = Bumps(self._body.radius_m)
         self._unfit: set[str] = set()  # behind whom the others could not gather
         self._first_ns = self._last_ns = -1
         self._stood_m: Array | None = None  # the trail along which they stand since the last drive
@@ -96,10 +98,12 @@ class FormationController:
         return Orders({}, "waiting", reason)
 
     def _scene(self, moment: Moment) -> CostMap:
-        """Return the map to drive on, with the robots that are lost as things in the way."""
+        """Return the map to drive on, with what is in the way though it is not mapped: lost robots, and what robots came up against."""
         places_m = np.array([pose[:2] for pose in moment.poses.values()] + [*self._task.goals])
         lost = [Disc(np.array(pose[:2]), self._body.radius_m + LOST_MARGIN_M) for pose in moment.lost.values()]
-        return cost_map(moment.floor, self._task.bounds, places_m, moment.moving).with_discs(lost)
+        mapped = cost_map(moment.floor, self._task.bounds, places_m, moment.moving).with_discs(lost)
+        self._bumps.note(moment, self._stands, mapped)
+        return mapped.with_discs(self._bumps.things())
 
     def _goal(self, moment: Moment, scene: CostMap) -> Goal | None:
         leader = self._leader if self._leader in moment.poses else self._first_leader(moment)

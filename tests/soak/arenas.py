@@ -16,7 +16,7 @@ from protocol.messages import FormationState
 from sim.arena import random_arena
 
 NEAR_GOAL_M = 0.05
-MOST_S = 90.0  # of world time: who is not there by then is stuck
+MOST_S = 180.0  # of world time: who is not there by then is stuck
 
 
 @dataclass(frozen=True)
