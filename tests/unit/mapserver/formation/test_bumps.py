@@ -44,7 +44,7 @@ class Watched:
 
 
 def test_a_robot_that_is_held_up_has_come_up_against_one_thing_just_ahead() -> None:
-    (thing,) = Watched().stays(3.0)
+    (thing,) = Watched().stays(6.0)
     gap_m = math.dist(thing.centre_m, HELD[:2]) - RADIUS_M - thing.radius_m
     assert thing.centre_m[0] > HELD.x_m
     assert 0.01 < gap_m < 0.03
@@ -52,7 +52,7 @@ def test_a_robot_that_is_held_up_has_come_up_against_one_thing_just_ahead() -> N
 
 def test_it_is_forgotten_after_a_while() -> None:
     watched = Watched()
-    watched.stays(3.0)
+    watched.stays(6.0)
     watched.reference = HELD
     assert len(watched.stays(1e-9 * LASTS_NS - 1.0)) == 1
     assert watched.stays(2.0) == []
@@ -67,8 +67,21 @@ def test_it_is_forgotten_after_a_while() -> None:
     ],
 )
 def test_where_that_is_explained_nothing_is_made_up(watched: Watched) -> None:
-    assert watched.stays(3.0) == []
+    assert watched.stays(6.0) == []
+
+
+def test_a_robot_that_is_held_up_for_a_moment_has_come_up_against_nothing() -> None:
+    assert Watched().stays(3.0) == []
+
+
+def test_the_times_that_it_is_held_up_at_one_place_add_up() -> None:
+    watched = Watched()
+    watched.stays(3.0)
+    watched.reference = HELD
+    watched.stays(3.0)
+    watched.reference = Pose2(1.1, 1.0, 0.0)
+    assert len(watched.stays(3.0)) == 1
 
 
 def test_a_robot_that_moves_on_is_not_held_up() -> None:
-    assert Watched().stays(3.0, speed_m_s=0.03) == []
+    assert Watched().stays(6.0, speed_m_s=0.03) == []
