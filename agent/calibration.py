@@ -42,6 +42,7 @@ class _SensorFile(BaseModel):
     resolution: tuple[Pixels, Pixels]
     intrinsics: tuple[Focal, Focal, FiniteFloat, FiniteFloat]  # fx, fy, cx, cy
     distortion_coefficients: tuple[FiniteFloat, FiniteFloat, FiniteFloat, FiniteFloat]  # k1..k4
+    readout_s: Annotated[float, Field(ge=0.0, le=0.2, allow_inf_nan=False)] = 0.0
     fov_deg: Annotated[float, Field(ge=10.0, le=240.0, allow_inf_nan=False)]
     T_BS: _Matrix
 
@@ -56,7 +57,7 @@ def read_calibration(file: Path) -> Calibration:
     _check_centre(file, (cx, cy), (width_px, height_px))
     _check_lens(file, sensor.distortion_coefficients, fov_rad)
     _check_mount(file, body_from_camera)
-    return Calibration(width_px, height_px, (fx, fy), (cx, cy), sensor.distortion_coefficients, fov_rad, body_from_camera)
+    return Calibration(width_px, height_px, (fx, fy), (cx, cy), sensor.distortion_coefficients, fov_rad, body_from_camera, sensor.readout_s)
 
 
 def _document(file: Path) -> dict[str, Any]:

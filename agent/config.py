@@ -33,10 +33,12 @@ class BodySettings(Settings):
     body_height_m: Length = 0.30
     wheel_base_m: Length = 0.12
     wheel_radius_m: Length = 0.03
+    deck_radius_m: Length | None = None  # with its height: the camera finds its own height and tilt by the deck's edge
+    deck_height_m: Length | None = None
 
     def body(self) -> Body:
         """Return the lengths as the estimator takes them."""
-        return Body(self.body_radius_m, self.body_height_m, self.wheel_base_m, self.wheel_radius_m)
+        return Body(**self.model_dump())
 
 
 class CameraSettings(Settings):

@@ -30,8 +30,9 @@ from agent.vision.flow import FlowParameters, lucas_kanade
 from agent.vision.labels import Regions, label_regions
 from agent.vision.motion_vectors import MotionVectors, correct_vectors, no_vectors, predict_ends
 from agent.vision.rejection import RejectionLimits, consistent_vectors
+from agent.wheel_history import WheelState
 from protocol.geometry import Array, Pose2
-from protocol.messages import LocalMap
+from protocol.messages import LocalMap, RigValue
 
 LEAST_BLOB_PX = 25  # of the view; smaller blobs are noise
 FLOW = FlowParameters(window_px=21)
@@ -71,12 +72,22 @@ class PaperMethod:
         """What was seen in the last picture, laid out only when somebody asks."""
         return None if self._show is None else self._show()
 
-    def step(self, stamp_ns: int, picture: NDArray[np.uint8] | None, wheel_angles_rad: Array) -> Step:
+    @property
+    def wheel_lag_s(self) -> float:
+        """The paper takes stamps as they are."""
+        return 0.0
+
+    @property
+    def rig(self) -> tuple[RigValue, ...]:
+        """The paper takes the rig as drawn."""
+        return ()
+
+    def step(self, stamp_ns: int, picture: NDArray[np.uint8] | None, wheels: WheelState) -> Step:
         """Take one frame; see `Pipeline.step`."""
         frame = Frame(self._robot, self._epoch, self._seq, stamp_ns)
         self._seq += 1
-        turned = np.zeros(2) if self._angles_rad is None else wheel_angles_rad - self._angles_rad
-        self._angles_rad = wheel_angles_rad
+        turned = np.zeros(2) if self._angles_rad is None else wheels.angles_rad - self._angles_rad
+        self._angles_rad = wheels.angles_rad
         predicted = euler_motion(turned, self._wheels)
         stage = self._timer.stage
         if picture is None:

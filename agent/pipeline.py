@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from agent.view import View
-from protocol.geometry import Array
-from protocol.messages import LocalMap, MotionVectors
+from agent.wheel_history import WheelState
+from protocol.messages import LocalMap, MotionVectors, RigValue
 
 Method = Literal["full", "paper", "paper-calibrated"]
 
@@ -38,5 +38,13 @@ class Pipeline(Protocol):
     def view(self) -> View | None:
         """What was seen in the last frame; None before the first."""
 
-    def step(self, stamp_ns: int, picture: NDArray[np.uint8] | None, wheel_angles_rad: Array) -> Step:
-        """Take one frame, (rows, cols, 3) BGR, or None where it was dropped, and the cumulative wheel angles (2,) [rad] at its stamp."""
+    @property
+    def wheel_lag_s(self) -> float:
+        """How much later than they were read wheel readings are stamped, as far as that is known."""
+
+    @property
+    def rig(self) -> tuple[RigValue, ...]:
+        """The rig as it was found to be; nothing where it is taken as drawn."""
+
+    def step(self, stamp_ns: int, picture: NDArray[np.uint8] | None, wheels: WheelState) -> Step:
+        """Take one frame, (rows, cols, 3) BGR, or None where it was dropped, and the wheels as they were at its stamp."""

@@ -16,6 +16,8 @@ class Body:
     body_height_m: float  # the outer edge of the rim that the camera sees in the picture's middle
     wheel_base_m: float
     wheel_radius_m: float
+    deck_radius_m: float | None = None  # the disc inside that rim
+    deck_height_m: float | None = None
 
 
 @dataclass(frozen=True)
@@ -29,6 +31,7 @@ class Calibration:
     distortion: tuple[float, float, float, float]  # k1..k4
     field_of_view_rad: float
     body_from_camera: NDArray[np.float64]  # (4, 4), T_BS
+    readout_s: float = 0.0  # from the first row to the last, where the shutter rolls; a picture's stamp is that of its middle row
 
     @property
     def camera_height_m(self) -> float:

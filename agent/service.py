@@ -111,6 +111,7 @@ class Service:
             reasons=dict(reasons + Counter(self._camera.refused) + Counter(self._bus.refused)),
             bytes_sent=self._bus.bytes_sent,
             stages=self._clock.times(),
+            rig=self._pipeline.rig,
         )
 
     def _feel(self) -> None:
@@ -132,10 +133,12 @@ class Service:
 
     def _step(self, frame: CapturedFrame, stopping: Callable[[], bool]) -> None:
         """Turn one frame into its two messages, and send them."""
-        angles_rad = self._angles_at(frame.stamp_ns, stopping)
+        self._await_wheels(frame.stamp_ns, stopping)
+        angles_rad = self._wheels.angles_at(frame.stamp_ns)
+        wheels = self._wheels.state_at(frame.stamp_ns + round(1e9 * self._pipeline.wheel_lag_s))
         fault = frame.fault if frame.picture is None else self._liveness.fault(frame.picture, angles_rad)
         with self._clock.stage("step"):
-            step = self._pipeline.step(frame.stamp_ns, None if fault else frame.picture, angles_rad)
+            step = self._pipeline.step(frame.stamp_ns, None if fault else frame.picture, wheels)
             self._helm.see(step.local_map, angles_rad)  # first, so that setpoints which build on this map find it there
             self._publish(step)
         if step.local_map.picture == "dropped":
@@ -166,8 +169,8 @@ class Service:
         if not is_busy:
             self._wait(TURN_S)
 
-    def _angles_at(self, stamp_ns: int, stopping: Callable[[], bool]) -> Array:
-        """Return the wheels' angles, shape (2,) [rad: left, right], at a stamp, once all readings up to it are here."""
+    def _await_wheels(self, stamp_ns: int, stopping: Callable[[], bool]) -> None:
+        """Wait until all wheel readings up to a stamp are here."""
         deadline_s = self._clock_s() + WHEELS_LIMIT_S
         self._feel()
         while not self._wheels.covers(stamp_ns) and not stopping():
@@ -178,7 +181,6 @@ class Service:
             self._feel()
         if not self._wheels.reaches(stamp_ns):
             self._reasons[WHEELS_ENDED] += 1
-        return self._wheels.angles_at(stamp_ns)
 
     def _drop(self, frame: CapturedFrame, reason: str) -> None:
         """Count a frame that gave no picture to the map; name each reason once."""

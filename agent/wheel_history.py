@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +14,14 @@ NOT_GROWING = "wheel reading: stamp does not grow"
 
 _MAX_READINGS = 2048  # 40 s at 50 Hz: far more than one frame waits for
 _SPEED_SPAN_NS = 60_000_000  # the last speed is taken over this: over one period a tick of the encoder would count too much
+_SPEED_HALF_NS = 30_000_000  # to either side of a stamp
+
+
+class WheelState(NamedTuple):
+    """How far the wheels have turned, and how fast they turn."""
+
+    angles_rad: Array  # (2,) left, right; cumulative
+    speeds_rad_s: Array  # (2,)
 
 
 class WheelHistory:
@@ -68,6 +77,11 @@ class WheelHistory:
         if beyond_ns > 0.0:
             return np.asarray(self._angles_rad[-1] + self._last_speed() * beyond_ns)
         return np.array([np.interp(0.0, since_ns, angles) for angles in self._angles_rad.T])
+
+    def state_at(self, stamp_ns: int) -> WheelState:
+        """Return angles and speeds at a stamp, by the same rules."""
+        before, after = (self.angles_at(stamp_ns + side * _SPEED_HALF_NS) for side in (-1, 1))
+        return WheelState(self.angles_at(stamp_ns), (after - before) / (2e-9 * _SPEED_HALF_NS))
 
     def _accept(self, stamps_ns: NDArray[np.int64]) -> NDArray[np.bool_]:
         """Tell which readings, shape (n,), are later than all before them; count the others."""

@@ -35,7 +35,7 @@ from typing import Any, Literal
 
 from pydantic import BaseModel, ConfigDict
 
-from protocol.messages import AgentStatus, ServerStatus, StageTimes
+from protocol.messages import AgentStatus, RigValue, ServerStatus, StageTimes
 
 ACCOUNT_FILE = "run.json"
 ACCOUNT_VERSION = 1
@@ -63,6 +63,7 @@ class RobotAccount(_Part):
     bytes_sent: int
     bytes_per_frame: FrameBytes
     stages: dict[str, StageTimes]
+    rig: tuple[RigValue, ...] = ()  # as the robot found it to be
 
 
 class PaceAccount(_Part):
@@ -107,6 +108,7 @@ def robot_account(recorded: int, predicted: int, frame_bytes: Sequence[int], sta
         bytes_sent=status.bytes_sent,
         bytes_per_frame=FrameBytes(median=round(median(frame_bytes or [0])), max=max(frame_bytes, default=0)),
         stages=dict(status.stages),
+        rig=status.rig,
     )
 
 

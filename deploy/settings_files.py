@@ -22,7 +22,7 @@ MAP_SERVER, WORLD = "mapserver", "world"  # names of processes: settings and log
 PROCESSES = {MAP_SERVER, WORLD}
 NOBODY_MOVES: Mapping[str, object] = MappingProxyType({})
 
-_BODY = {"body_radius_m", "body_height_m", "wheel_base_m", "wheel_radius_m"}
+_BODY = {"body_radius_m", "body_height_m", "wheel_base_m", "wheel_radius_m", "deck_radius_m", "deck_height_m"}
 _START = {"name", "initial_pose", "initial_pose_sigma", "body_radius_m"}
 
 

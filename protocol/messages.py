@@ -28,7 +28,7 @@ from protocol.fields import (
     packed_as,
 )
 
-PROTOCOL_VERSION = 2
+PROTOCOL_VERSION = 3
 
 UNKNOWN, FREE, OCCUPIED = 0, 1, 2  # a cell of the map
 
@@ -220,6 +220,14 @@ class ClockReading(Message):
     runs: Literal["wall", "world"]  # wall: by itself; world: from one announced stamp of a replayed or simulated world to the next
 
 
+class RigValue(Message):
+    """One length or angle of a robot as it was found to be while driving."""
+
+    name: Annotated[str, Field(max_length=64)]
+    value: FiniteFloat
+    sigma: Annotated[FiniteFloat, Field(ge=0.0)] | None  # None: taken from the drawing, since nothing that is seen tells it
+
+
 class AgentStatus(Message):
     """How one agent fares."""
 
@@ -231,6 +239,7 @@ class AgentStatus(Message):
     reasons: dict[str, Count]  # why frames or messages were dropped, each with its count
     bytes_sent: Count
     stages: dict[str, StageTimes]
+    rig: tuple[RigValue, ...] = ()  # empty where the method takes the drawing as it is
 
 
 class ServerStatus(Message):

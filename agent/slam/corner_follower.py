@@ -39,6 +39,10 @@ class CornerFollower:
         self._since_refresh = 0
         self.tracks: Tracks = feature_tracks.no_tracks()
 
+    def refit(self, view: FloorView, projection: FloorProjection) -> None:
+        """Go on with a camera that is known better; pixels of its view are those of the view before."""
+        self._view, self._projection = view, projection
+
     def forget(self) -> None:
         """Begin anew: the last picture is lost, and with it all corners."""
         self._picture, self.tracks = None, feature_tracks.no_tracks()

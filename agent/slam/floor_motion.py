@@ -8,7 +8,7 @@ half a mesh.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
@@ -16,11 +16,13 @@ from numpy.typing import NDArray
 
 from agent.vision.floor_patch import Field, FloorPatch
 from agent.vision.robust import robust_sigma
+from agent.vision.shutter import RollingShutter
 from protocol.geometry import Array, Pose2
 
 POINTS = 3000
 COARSE_POINTS = 1000
 COARSE_STEP = 3  # cells per coarse cell; its basin of attraction is that much wider
+BLOCK_CELLS, CROWDED = 12, 2.5  # along each side of a part of the patch; of no part more than so many times its even share of points
 MAX_ROUNDS = 12
 SETTLED, COARSE_SETTLED = 2e-5, 2e-4  # [m, rad] a step below this ends the iteration
 LEAST_CORRELATION = 0.35  # below this the patches do not show the same floor
@@ -59,45 +61,61 @@ class Alignment:
     correlation: float  # between the keyframe's values and those found, 1: identical
 
 
-def make_keyframe(patch: FloorPatch, cells: Field, bare: NDArray[np.bool_]) -> Keyframe | None:
-    """Return the keyframe of a sampled patch, (size, size); None where too little bare floor is seen to align with."""
+@dataclass(frozen=True, eq=False)
+class Glance:
+    """What one picture shows of the floor, and how the body moved while its rows were taken."""
+
+    cells: Field  # (size, size)
+    bare: NDArray[np.bool_]  # (size, size) where bare floor is seen
+    shutter: RollingShutter
+    speed_m_s: float = 0.0
+    turn_rad_s: float = 0.0
+
+    def displacement_m(self, points_m: Array) -> Array:
+        """Return how far floor points, (n, 2) [m; body] as they are seen, are from where they are at the stamp."""
+        return self.shutter.displacement_m(points_m, self.speed_m_s, self.turn_rad_s)
+
+
+def make_keyframe(patch: FloorPatch, glance: Glance) -> Keyframe | None:
+    """Return the keyframe of a picture; None where too little bare floor is seen to align with."""
+    cells, bare = glance.cells, glance.bare
     coarse_bare = cv2.erode(bare.astype(np.uint8), np.ones((COARSE_STEP, COARSE_STEP), np.uint8)).astype(np.bool_)
     if bare.sum() < POINTS // 4 or coarse_bare.sum() < POINTS // 4:
         return None
     coarse = _texture(patch, _smooth(cells), coarse_bare, COARSE_POINTS, COARSE_SETTLED)
-    return Keyframe(_texture(patch, cells, bare, POINTS, SETTLED), coarse)
+    fine = _texture(patch, cells, bare, POINTS, SETTLED)
+    return Keyframe(*(replace(texture, points_m=texture.points_m + glance.displacement_m(texture.points_m)) for texture in (fine, coarse)))
 
 
-def align(keyframe: Keyframe, cells: Field, bare: NDArray[np.bool_], predicted: Pose2, prediction_covariance: Array) -> Alignment | None:
-    """Return where the body is in the keyframe, given the newest patch and the wheels' prediction with its covariance, (3, 3) [body].
+def align(keyframe: Keyframe, glance: Glance, predicted: Pose2, prediction_covariance: Array) -> Alignment | None:
+    """Return where the body is in the keyframe, given the newest picture and the wheels' prediction with its covariance, (3, 3) [body].
 
     None where the patches do not agree: too dark, too fast, or another floor.
     """
-    coarse_cells = _smooth(cells)
+    coarse = replace(glance, cells=_smooth(glance.cells))
     information = np.asarray(np.linalg.inv(prediction_covariance), dtype=np.float64)
-    found = _refine(keyframe, cells, coarse_cells, bare, [predicted], predicted, information)
+    found = _refine(keyframe, glance, coarse, [predicted], predicted, information)
     if found is None:
         turned = [predicted @ Pose2(0.0, 0.0, float(turn)) for turn in SLIP_TURNS_RAD]
-        found = _refine(keyframe, cells, coarse_cells, bare, turned, predicted, SLIP_INFORMATION)
+        found = _refine(keyframe, glance, coarse, turned, predicted, SLIP_INFORMATION)
     return found
 
 
 def _refine(
     keyframe: Keyframe,
-    cells: Field,
-    coarse_cells: Field,
-    bare: NDArray[np.bool_],
+    glance: Glance,
+    coarse_glance: Glance,
     starts: list[Pose2],
     predicted: Pose2,
     information: Array,
 ) -> Alignment | None:
     """Return the fine alignment from the best coarse one over all starts; None where none shows the same floor."""
-    coarse = [_descend(keyframe.coarse, coarse_cells, bare, start, predicted, information) for start in starts]
+    coarse = [_descend(keyframe.coarse, coarse_glance, start, predicted, information) for start in starts]
     found = [alignment for alignment in coarse if alignment is not None]
     if not found:
         return None
     best = max(found, key=lambda alignment: alignment.correlation)
-    fine = _descend(keyframe.fine, cells, bare, best.keyframe_from_body, predicted, information)
+    fine = _descend(keyframe.fine, glance, best.keyframe_from_body, predicted, information)
     return fine if fine is not None and fine.correlation > LEAST_CORRELATION else None
 
 
@@ -106,27 +124,42 @@ def _smooth(cells: Field) -> Field:
 
 
 def _texture(patch: FloorPatch, cells: Field, bare: NDArray[np.bool_], count: int, settled: float) -> Texture:
-    """Return the `count` points of bare floor where the texture is steepest."""
+    """Return about `count` points of bare floor where the texture is steepest, not too many from any part of the patch.
+
+    The steepest of all would be borders of light and shadow, which need not lie still.
+    """
     scale = 1.0 / (8.0 * patch.cell_m)
     along_x = np.asarray(cv2.Sobel(cells, cv2.CV_32F, 0, 1, ksize=3, scale=scale), np.float32)
     along_y = np.asarray(cv2.Sobel(cells, cv2.CV_32F, 1, 0, ksize=3, scale=scale), np.float32)
-    candidates = np.flatnonzero(bare)
-    steepness = np.hypot(along_x, along_y).ravel()[candidates]
-    chosen = candidates[np.argpartition(-steepness, count)[:count]] if candidates.size > count else candidates
+    chosen = _steepest_of_blocks(np.where(bare, np.hypot(along_x, along_y), np.float32(-1.0)), count)
     points = patch.points_m.reshape(-1, 2)[chosen]
     slope_x, slope_y = along_x.ravel()[chosen].astype(np.float64), along_y.ravel()[chosen].astype(np.float64)
     slopes = np.stack([slope_x, slope_y, points[:, 0] * slope_y - points[:, 1] * slope_x], axis=-1)
     return Texture(points, cells.ravel()[chosen].astype(np.float64), slopes, patch.cell_m, patch.half_cells, settled)
 
 
-def _descend(
-    texture: Texture, cells: Field, bare: NDArray[np.bool_], start: Pose2, predicted: Pose2, information: Array
-) -> Alignment | None:
+def _steepest_of_blocks(steepness: Field, count: int) -> NDArray[np.intp]:
+    """Return the flat places of the `count` steepest cells, of no block more than CROWDED even shares; cells below zero do not count."""
+    blocks = steepness.shape[0] // BLOCK_CELLS
+    side = blocks * BLOCK_CELLS
+    by_block = steepness[:side, :side].reshape(blocks, BLOCK_CELLS, blocks, BLOCK_CELLS).swapaxes(1, 2).reshape(-1, BLOCK_CELLS**2)
+    usable = max(int((by_block >= 0.0).any(axis=1).sum()), 1)
+    most = min(max(1, round(CROWDED * count / usable)), BLOCK_CELLS**2 - 1)
+    best = np.argpartition(-by_block, most, axis=1)[:, :most]
+    steepest = np.take_along_axis(by_block, best, axis=1)
+    block = np.arange(len(by_block))[:, None]
+    rows, columns = block // blocks * BLOCK_CELLS + best // BLOCK_CELLS, block % blocks * BLOCK_CELLS + best % BLOCK_CELLS
+    places = (rows * steepness.shape[1] + columns)[steepest >= 0.0]
+    left = steepest[steepest >= 0.0]
+    return np.asarray(places[np.argpartition(-left, count)[:count]] if len(left) > count else places, np.intp)
+
+
+def _descend(texture: Texture, glance: Glance, start: Pose2, predicted: Pose2, information: Array) -> Alignment | None:
     """Iterate from `start` until the motion settles; None where too few points stay in view."""
     pose = start
-    visible = bare.astype(np.float32)
+    visible = glance.bare.astype(np.float32)
     for _ in range(MAX_ROUNDS):
-        found, weights = _look_up(texture, cells, visible, pose)
+        found, weights = _look_up(texture, glance, visible, pose)
         if weights.sum() < 0.1 * weights.size:
             return None
         residuals = found - texture.values
@@ -145,11 +178,12 @@ def _descend(
     return Alignment(pose, covariance, _correlation(found, texture.values, weights))
 
 
-def _look_up(texture: Texture, cells: Field, visible: Field, pose: Pose2) -> tuple[Array, Array]:
+def _look_up(texture: Texture, glance: Glance, visible: Field, pose: Pose2) -> tuple[Array, Array]:
     """Return the newest patch's values, (n,), where the keyframe's points now are, and 1 where that is bare floor, 0 elsewhere."""
-    now = pose.inverse().apply(texture.points_m) / texture.cell_m + texture.half_cells
+    here = pose.inverse().apply(texture.points_m)
+    now = (here - glance.displacement_m(here)) / texture.cell_m + texture.half_cells
     column, row = now[None, :, 1].astype(np.float32), now[None, :, 0].astype(np.float32)
-    values = cv2.remap(cells, column, row, cv2.INTER_LINEAR, borderMode=cv2.BORDER_CONSTANT, borderValue=0.0)
+    values = cv2.remap(glance.cells, column, row, cv2.INTER_LINEAR, borderMode=cv2.BORDER_CONSTANT, borderValue=0.0)
     seen = cv2.remap(visible, column, row, cv2.INTER_NEAREST, borderMode=cv2.BORDER_CONSTANT, borderValue=0.0)
     return values.ravel().astype(np.float64), seen.ravel().astype(np.float64)
 

@@ -21,6 +21,7 @@ class WheelGeometry:
 
     radius_m: float
     base_m: float  # L of Eq. 1: distance between the wheels
+    scale: tuple[float, float] = (1.0, 1.0)  # of the radius, left and right
 
     def __post_init__(self) -> None:
         """Refuse wheels that cannot roll."""
@@ -47,7 +48,7 @@ def travel(angles_rad: Array, wheels: WheelGeometry) -> tuple[float, float]:
 
     d = v dt and dtheta = dt (v_r - v_l) / L of Eq. 1.
     """
-    left_m, right_m = (float(angle) * wheels.radius_m for angle in angles_rad)
+    left_m, right_m = (float(angle) * wheels.radius_m * scale for angle, scale in zip(angles_rad, wheels.scale, strict=True))
     return 0.5 * (left_m + right_m), (right_m - left_m) / wheels.base_m
 
 

@@ -57,6 +57,10 @@ class RobotWatch:
         self._refused: list[tuple[Array, int]] = []  # place [odom] and frame
         self._frame = 0
 
+    def refit(self, fitter: RobotFitter, eye_m: Array) -> None:
+        """Go on with a camera that is known better."""
+        self._fitter, self._eye_m = fitter, eye_m
+
     def expected_m(self, odom_from_body: Pose2) -> Array:
         """Return where the robots in view, and those lost just now, should be by now, (n, 2) [body]."""
         places_m = [known.expected_m() for known in self._known]

@@ -75,8 +75,16 @@ class FloorView:
         return np.asarray((pixels - self.origin_px) / self.scale)
 
 
-def make_floor_view(projection: FloorProjection, size_px: tuple[int, int], body_radius_m: float, body_height_m: float) -> FloorView:
+def make_floor_view(
+    projection: FloorProjection,
+    size_px: tuple[int, int],
+    body_radius_m: float,
+    body_height_m: float,
+    crop: tuple[slice, slice] | None = None,
+) -> FloorView:
     """Return the view of a camera with pictures of `size_px` (width, height), on a body with a rim of that radius and height.
+
+    Without a `crop`, rows and columns, it is the part of the picture that can show floor.
 
     Raises GeometryError where the camera is not above the rim, or sees no floor.
     """
@@ -96,8 +104,9 @@ def make_floor_view(projection: FloorProjection, size_px: tuple[int, int], body_
     valid = (range_m > body_range_m) & (range_m < reach_m)
     if not valid.any():
         raise GeometryError("the calibration shows no floor in the picture: check intrinsics, T_BS and resolution")
-    ys, xs = np.flatnonzero(valid.any(axis=1)), np.flatnonzero(valid.any(axis=0))
-    crop = (slice(int(ys[0]), int(ys[-1]) + 1), slice(int(xs[0]), int(xs[-1]) + 1))
+    if crop is None:
+        ys, xs = np.flatnonzero(valid.any(axis=1)), np.flatnonzero(valid.any(axis=0))
+        crop = (slice(int(ys[0]), int(ys[-1]) + 1), slice(int(xs[0]), int(xs[-1]) + 1))
     origin = np.array([crop[1].start * scale + first, crop[0].start * scale + first])
     places = floor.reshape(*rows.shape, 2)[crop].copy()
     fields = valid[crop], range_m[crop].astype(np.float32), bearing[crop].astype(np.float32), places

@@ -13,6 +13,7 @@ from agent.drivers.bus_camera import captured
 from agent.geometry import calibrated_projection
 from agent.methods import make_pipeline
 from agent.vision.corners import HarrisParameters, find_corners
+from agent.wheel_history import WheelState
 from protocol.codec import encode
 from protocol.errors import RecordingError
 from tests.bench.classical import ClassicalMethod
@@ -49,24 +50,24 @@ class Contest:
 
     def take(self, frame: RecordedFrame) -> None:
         """Let everybody take one frame, in turns the one or the other first; of a frame without a picture only the agent hears."""
-        stamp_ns, angles_rad = frame.stored.stamp_ns, frame.wheel_angles_rad
+        stamp_ns, wheels = frame.stored.stamp_ns, frame.wheels
         if frame.stored.encoding == "missing":
-            self._agent.step(stamp_ns, None, angles_rad)
+            self._agent.step(stamp_ns, None, wheels)
             return
         with self.watch.stage(DECODE):
             picture = captured(frame.stored, self._size_px).picture
         if picture is None:
             raise RecordingError(f"the picture of {stamp_ns} is not one of {self._size_px[0]} x {self._size_px[1]} pixels")
         if len(self.frame_bytes) % 2:
-            self._step(stamp_ns, picture, angles_rad)
+            self._step(stamp_ns, picture, wheels)
             self._otherwise(picture)
         else:
             self._otherwise(picture)
-            self._step(stamp_ns, picture, angles_rad)
+            self._step(stamp_ns, picture, wheels)
 
-    def _step(self, stamp_ns: int, picture: Picture, angles_rad: NDArray[np.float64]) -> None:
+    def _step(self, stamp_ns: int, picture: Picture, wheels: WheelState) -> None:
         with self.watch.stage(STEP):
-            step = self._agent.step(stamp_ns, picture, angles_rad)
+            step = self._agent.step(stamp_ns, picture, wheels)
             with self.watch.stage(ENCODE):
                 messages = encode(step.local_map), encode(step.vectors)
         self.frame_bytes.append(sum(map(len, messages)))

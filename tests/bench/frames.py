@@ -12,9 +12,8 @@ import numpy as np
 from agent.calibration import read_calibration
 from agent.drivers.bus_camera import captured
 from agent.rig import Body, Calibration
-from agent.wheel_history import WheelHistory
+from agent.wheel_history import WheelHistory, WheelState
 from protocol.errors import RecordingError
-from protocol.geometry import Array
 from protocol.messages import Frame
 from sim.player import stored_frame
 from sim.recording import RecordedRobot, Recording
@@ -32,7 +31,7 @@ class RecordedFrame:
     """One frame of one robot."""
 
     stored: Frame
-    wheel_angles_rad: Array  # (2,) left, right; cumulative, at the frame's stamp
+    wheels: WheelState  # at the frame's stamp
 
 
 @dataclass(frozen=True)
@@ -54,7 +53,7 @@ class Subject:
             history.add(rows.stamps_ns, rows.angles_rad, row.stamp_ns)
             previous_ns = row.stamp_ns
             stored = stored_frame(row.stamp_ns, row.picture)
-            yield RecordedFrame(stored if self.enlarged == 1 else enlarge(stored, self), history.angles_at(row.stamp_ns))
+            yield RecordedFrame(stored if self.enlarged == 1 else enlarge(stored, self), history.state_at(row.stamp_ns))
 
 
 @dataclass(frozen=True)
@@ -109,5 +108,5 @@ def enlarged_calibration(calibration: Calibration, times: int) -> Calibration:
 
 def _subject(robot: RecordedRobot, enlarged: int) -> Subject:
     rig = robot.rig
-    body = Body(rig.body_radius_m, rig.body_height_m, rig.wheel_base_m, rig.wheel_radius_m)
+    body = Body(rig.body_radius_m, rig.body_height_m, rig.wheel_base_m, rig.wheel_radius_m, rig.deck_radius_m, rig.deck_height_m)
     return Subject(robot.name, body, enlarged_calibration(read_calibration(robot.sensor_file), enlarged), robot, enlarged)

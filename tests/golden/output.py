@@ -40,8 +40,7 @@ def run_pipeline(method: Method) -> Output:
     [subject] = [each for each in case.subjects if each.name == ROBOT]
     pipeline = make_pipeline(ROBOT, 0, method, subject.body, subject.calibration, _Untimed())
     steps = [
-        pipeline.step(frame.stored.stamp_ns, captured(frame.stored, case.size_px).picture, frame.wheel_angles_rad)
-        for frame in subject.frames(FRAMES)
+        pipeline.step(frame.stored.stamp_ns, captured(frame.stored, case.size_px).picture, frame.wheels) for frame in subject.frames(FRAMES)
     ]
     return [_frame(step) for step in steps]
 

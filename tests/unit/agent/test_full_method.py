@@ -18,6 +18,7 @@ from agent.geometry import calibrated_projection
 from agent.pipeline import Step
 from agent.slam.odometry import WheelGeometry, arc_motion
 from agent.view import View
+from agent.wheel_history import WheelState
 from deploy.evaluation.tum import read_tum
 from protocol.geometry import Array, Pose2
 from protocol.messages import LocalMap, Region
@@ -36,7 +37,7 @@ class Moment:
 
     stamp_ns: int
     picture: NDArray[np.uint8]
-    angles_rad: Array
+    wheels: WheelState
     arena_from_body: Pose2
     robots_m: Array  # (2, 2) [m; body] base centres of r2 and r3
 
@@ -56,7 +57,7 @@ def moments() -> list[Moment]:
         picture = captured(frame.stored, case.size_px).picture
         assert picture is not None
         robots_m = np.array([own.between(r2)[:2], own.between(r3)[:2]])
-        seen.append(Moment(frame.stored.stamp_ns, picture, frame.wheel_angles_rad, own, robots_m))
+        seen.append(Moment(frame.stored.stamp_ns, picture, frame.wheels, own, robots_m))
     return seen
 
 
@@ -85,8 +86,7 @@ def full_method() -> FullMethod:
 def run(method: FullMethod, moments: Sequence[Moment], dropped: int | None = None) -> list[Step]:
     """Return what a method makes of the frames; the picture of one may be dropped."""
     return [
-        method.step(moment.stamp_ns, None if index == dropped else moment.picture, moment.angles_rad)
-        for index, moment in enumerate(moments)
+        method.step(moment.stamp_ns, None if index == dropped else moment.picture, moment.wheels) for index, moment in enumerate(moments)
     ]
 
 
@@ -187,7 +187,9 @@ def test_a_dropped_picture_is_reported_with_nothing_seen(moments: list[Moment]) 
 def test_without_a_picture_the_wheels_tell_the_motion(moments: list[Moment], steps: list[Step]) -> None:
     body = open_case(EXCERPT).subjects[0].body
     blind = run(full_method(), moments[:6], dropped=5)[5].local_map
-    by_wheels = arc_motion(moments[5].angles_rad - moments[4].angles_rad, WheelGeometry(body.wheel_radius_m, body.wheel_base_m))
+    by_wheels = arc_motion(
+        moments[5].wheels.angles_rad - moments[4].wheels.angles_rad, WheelGeometry(body.wheel_radius_m, body.wheel_base_m)
+    )
     assert by_wheels.x_m > 0.03
     assert blind.previous_from_body == pytest.approx(by_wheels, abs=1e-9)
     assert blind.motion_covariance[0] > steps[5].local_map.motion_covariance[0]

@@ -36,10 +36,7 @@ def named(method: Method, subject: Subject) -> Pipeline:
 
 def run(pipeline: Pipeline, subject: Subject) -> list[Step]:
     size_px = subject.calibration.width_px, subject.calibration.height_px
-    return [
-        pipeline.step(frame.stored.stamp_ns, captured(frame.stored, size_px).picture, frame.wheel_angles_rad)
-        for frame in subject.frames(FRAMES)
-    ]
+    return [pipeline.step(frame.stored.stamp_ns, captured(frame.stored, size_px).picture, frame.wheels) for frame in subject.frames(FRAMES)]
 
 
 @pytest.mark.parametrize(("method", "kind"), [("full", FullMethod), ("paper", PaperMethod), ("paper-calibrated", PaperMethod)])

@@ -19,7 +19,8 @@ from agent.pipeline import Step
 from agent.slam.odometry import WheelGeometry, euler_motion
 from agent.view import View
 from agent.vision.floor_projection import FloorProjection
-from protocol.geometry import Array, Pose2
+from agent.wheel_history import WheelState
+from protocol.geometry import Pose2
 from tests.bench.frames import EXCERPT, Subject, open_case
 
 ROBOT, EPOCH = "r1", 3
@@ -33,7 +34,7 @@ class Moment:
 
     stamp_ns: int
     picture: NDArray[np.uint8]
-    angles_rad: Array
+    wheels: WheelState
 
 
 @dataclass(frozen=True)
@@ -62,7 +63,7 @@ def moments(subject: Subject) -> list[Moment]:
     for frame in subject.frames(FRAMES):
         picture = captured(frame.stored, size_px).picture
         assert picture is not None
-        taken.append(Moment(frame.stored.stamp_ns, picture, frame.wheel_angles_rad))
+        taken.append(Moment(frame.stored.stamp_ns, picture, frame.wheels))
     return taken
 
 
@@ -83,14 +84,16 @@ def paper_method(subject: Subject, projection: FloorProjection) -> PaperMethod:
 def run(method: PaperMethod, moments: Sequence[Moment]) -> list[Seen]:
     seen: list[Seen] = []
     for moment in moments:
-        step = method.step(moment.stamp_ns, moment.picture, moment.angles_rad)
+        step = method.step(moment.stamp_ns, moment.picture, moment.wheels)
         assert method.view is not None
         seen.append(Seen(step, method.view))
     return seen
 
 
 def by_wheels(subject: Subject, before: Moment, after: Moment) -> Pose2:
-    return euler_motion(after.angles_rad - before.angles_rad, WheelGeometry(subject.body.wheel_radius_m, subject.body.wheel_base_m))
+    return euler_motion(
+        after.wheels.angles_rad - before.wheels.angles_rad, WheelGeometry(subject.body.wheel_radius_m, subject.body.wheel_base_m)
+    )
 
 
 def is_static(view: View, rows: NDArray[np.bool_], previous_from_body: Pose2) -> bool:
@@ -182,7 +185,7 @@ def test_the_same_frames_give_the_same_messages(subject: Subject, moments: list[
 def test_without_a_picture_the_wheels_tell_the_motion_and_the_next_picture_goes_on(subject: Subject, moments: list[Moment]) -> None:
     method = paper_method(subject, calibrated_projection(subject.calibration))
     run(method, moments[:6])
-    blind = method.step(moments[6].stamp_ns, None, moments[6].angles_rad)
+    blind = method.step(moments[6].stamp_ns, None, moments[6].wheels)
     assert blind.local_map.picture == "dropped"
     assert (blind.local_map.regions, blind.local_map.sightings, blind.local_map.floor_range_m) == ((), (), 0.0)
     assert not len(blind.vectors.labels.array())
@@ -196,7 +199,7 @@ def test_without_a_picture_the_wheels_tell_the_motion_and_the_next_picture_goes_
 def test_there_is_no_view_before_the_first_picture(subject: Subject, moments: list[Moment]) -> None:
     method = paper_method(subject, calibrated_projection(subject.calibration))
     assert method.view is None
-    method.step(moments[0].stamp_ns, None, moments[0].angles_rad)
+    method.step(moments[0].stamp_ns, None, moments[0].wheels)
     assert method.view is None
 
 

@@ -18,11 +18,12 @@ from agent.pipeline import Step
 from agent.service import NOT_GROWING, WHEELS_ENDED, WHEELS_LATE, WHEELS_LIMIT_S, Service
 from agent.view import View
 from agent.wheel_history import NOT_GROWING as WHEELS_NOT_GROWING
+from agent.wheel_history import WheelState
 from protocol.bus import Bus
 from protocol.fields import Message, Packed
 from protocol.geometry import Array
 from protocol.inbox import Inbox
-from protocol.messages import Drive, LocalMap, MotionVectors, WheelReadings
+from protocol.messages import Drive, LocalMap, MotionVectors, RigValue, WheelReadings
 from protocol.topics import AGENT_ALIVE, AGENT_DEBUG, AGENT_REPORT, AGENT_STATUS, LOCAL_MAP, MOTION_VECTORS, Query, Topic
 from tests.unit.agent.robot_config import CONFIG
 
@@ -71,13 +72,15 @@ class FakePipeline:
 
     view: View | None = None
     angles_rad: list[float] = field(default_factory=list)
+    wheel_lag_s: float = 0.0
+    rig: tuple[RigValue, ...] = (RigValue(name="camera_height_m", value=0.5, sigma=0.001),)
 
     def has_stepped(self) -> bool:
         return bool(self.angles_rad)
 
-    def step(self, stamp_ns: int, picture: NDArray[np.uint8] | None, wheel_angles_rad: Array) -> Step:
+    def step(self, stamp_ns: int, picture: NDArray[np.uint8] | None, wheels: WheelState) -> Step:
         seq = len(self.angles_rad)
-        self.angles_rad.append(float(wheel_angles_rad[0]))
+        self.angles_rad.append(float(wheels.angles_rad[0]))
         local_map = LocalMap(
             robot="r1",
             epoch=7,

@@ -38,6 +38,12 @@ def test_angles_go_on_with_the_last_speed_for_a_while_and_then_stand() -> None:
     assert not history.reaches(START_NS + 281 * MS)
 
 
+def test_speeds_are_those_at_the_stamp_and_go_on_for_a_while() -> None:
+    for at_ms in (90, 180, 200):
+        np.testing.assert_allclose(turning(10).state_at(START_NS + at_ms * MS).speeds_rad_s, [2.0, 4.0], atol=1e-6)
+    np.testing.assert_allclose(turning(10).state_at(START_NS + 400 * MS).speeds_rad_s, [0.0, 0.0], atol=1e-12)
+
+
 def test_angles_before_the_first_reading_are_its_own() -> None:
     np.testing.assert_array_equal(turning(3).angles_at(START_NS - 40 * MS), [0.0, 0.0])
 

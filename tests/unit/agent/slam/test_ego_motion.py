@@ -13,7 +13,7 @@ from agent.slam.odometry import WheelGeometry, WheelNoise, arc_motion, motion_co
 from agent.vision.floor_patch import Field
 from protocol.geometry import Array, Pose2
 from tests.synthetic import Box, Shadow, render
-from tests.unit.agent.eyes import PATCH, patch_of
+from tests.unit.agent.eyes import PATCH, SHUTTER, patch_of, turned
 
 WHEELS = WheelGeometry(radius_m=0.03, base_m=0.12)
 THINGS = (Box(0.6, 0.5, 0.4, 0.25, 0.18, 0.2, (40.0, 60.0, 190.0)),)
@@ -32,10 +32,10 @@ def seen(frame: int) -> tuple[Field, NDArray[np.bool_]]:
 
 
 def drive(blind: frozenset[int] = frozenset()) -> list[Motion]:
-    ego = EgoMotion(PATCH, WHEELS, WheelNoise())
+    ego = EgoMotion(PATCH, SHUTTER, WHEELS, WheelNoise())
     motions = []
     for frame in range(FRAMES):
-        angles = frame * STEP * WHEEL_ERROR
+        angles = turned(frame * STEP * WHEEL_ERROR)
         motions.append(ego.advance_blind(angles) if frame in blind else ego.advance(angles, *seen(frame)))
     return motions
 
@@ -60,16 +60,16 @@ def test_steps_chain_to_the_pose() -> None:
 
 
 def test_a_blind_step_follows_the_wheels() -> None:
-    ego = EgoMotion(PATCH, WHEELS, WheelNoise())
-    ego.advance_blind(np.array([5.0, 7.0]))
-    motion = ego.advance_blind(np.array([5.0, 7.0]) + STEP)
+    ego = EgoMotion(PATCH, SHUTTER, WHEELS, WheelNoise())
+    ego.advance_blind(turned([5.0, 7.0]))
+    motion = ego.advance_blind(turned(np.array([5.0, 7.0]) + STEP))
     assert motion.previous_from_body == pytest.approx(arc_motion(STEP, WHEELS), abs=1e-12)
     assert motion.covariance == pytest.approx(motion_covariance(STEP, WHEELS, WheelNoise()))
     assert not motion.from_floor
 
 
 def test_the_first_step_goes_nowhere_whatever_the_encoders_read() -> None:
-    motion = EgoMotion(PATCH, WHEELS, WheelNoise()).advance(np.array([123.0, -45.0]), *seen(0))
+    motion = EgoMotion(PATCH, SHUTTER, WHEELS, WheelNoise()).advance(turned([123.0, -45.0]), *seen(0))
     assert motion.odom_from_body == Pose2.identity()
     assert not motion.from_floor
 

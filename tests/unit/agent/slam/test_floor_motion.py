@@ -2,21 +2,17 @@
 
 from itertools import pairwise
 
-import cv2
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from agent.geometry import calibrated_projection
-from agent.rig import Calibration
 from agent.slam.ego_motion import EgoMotion
-from agent.slam.floor_motion import align, make_keyframe
+from agent.slam.floor_motion import Glance, align, make_keyframe
 from agent.slam.odometry import WheelGeometry, WheelNoise
-from agent.vision.floor_patch import Field, FloorPatch
-from agent.vision.floor_view import make_floor_view
+from agent.vision.floor_patch import Field
 from protocol.geometry import Pose2
-from tests import synthetic
 from tests.synthetic import render
+from tests.unit.agent.eyes import PATCH, SHUTTER, patch_of, turned
 
 START = Pose2(0.2, -0.1, 0.3)
 MOTION = Pose2(0.03, 0.002, 0.05)
@@ -24,55 +20,49 @@ WHEELS = np.diag([0.005**2, 0.005**2, 0.02**2])
 GEOMETRY = WheelGeometry(radius_m=0.03, base_m=0.12)
 
 
-@pytest.fixture(scope="module")
-def patch() -> FloorPatch:
-    cv2.setNumThreads(1)
-    camera = np.array([[0.0, -1.0, 0.0, 0.0], [-1.0, 0.0, 0.0, 0.0], [0.0, 0.0, -1.0, synthetic.CAMERA_HEIGHT_M], [0.0, 0.0, 0.0, 1.0]])
-    size, focal = (synthetic.WIDTH_PX, synthetic.HEIGHT_PX), (synthetic.FOCAL_PX, synthetic.FOCAL_PX)
-    field = 2.0 * float(synthetic.HALF_FIELD_RAD)
-    projection = calibrated_projection(Calibration(*size, focal, synthetic.CENTRE_PX, (0.0, 0.0, 0.0, 0.0), field, camera))
-    return FloorPatch(projection, make_floor_view(projection, size, synthetic.BODY_RADIUS_M, synthetic.BODY_HEIGHT_M))
+def sample(floor: str, pose: Pose2, seed: int) -> Field:
+    return patch_of(render(floor, pose, seed=seed))[0]
 
 
-def sample(patch: FloorPatch, floor: str, pose: Pose2, seed: int) -> Field:
-    return patch.texture(patch.sample(np.asarray(cv2.cvtColor(render(floor, pose, seed=seed).picture, cv2.COLOR_BGR2GRAY), np.uint8)))
-
-
-def everywhere(patch: FloorPatch) -> NDArray[np.bool_]:
-    range_m = np.hypot(patch.points_m[..., 0], patch.points_m[..., 1])
+def everywhere() -> NDArray[np.bool_]:
+    range_m = np.hypot(PATCH.points_m[..., 0], PATCH.points_m[..., 1])
     return np.asarray((range_m > 0.25) & (range_m < 0.7))
+
+
+def glance(cells: Field, bare: NDArray[np.bool_] | None = None) -> Glance:
+    return Glance(cells, everywhere() if bare is None else bare, SHUTTER)
 
 
 @pytest.mark.parametrize("floor", ["paint", "grid", "wood", "concrete"])
 @pytest.mark.parametrize("motion", [MOTION, Pose2(0.05, 0.0, 0.0), Pose2(0.0, 0.0, 0.2)])
-def test_a_known_motion_is_found_though_the_wheels_are_a_centimetre_wrong(floor: str, motion: Pose2, patch: FloorPatch) -> None:
-    keyframe = make_keyframe(patch, sample(patch, floor, START, 1), everywhere(patch))
+def test_a_known_motion_is_found_though_the_wheels_are_a_centimetre_wrong(floor: str, motion: Pose2) -> None:
+    keyframe = make_keyframe(PATCH, glance(sample(floor, START, 1)))
     assert keyframe is not None
     predicted = motion @ Pose2(0.007, -0.007, 0.01)
-    found = align(keyframe, sample(patch, floor, START @ motion, 2), everywhere(patch), predicted, 4.0 * WHEELS)
+    found = align(keyframe, glance(sample(floor, START @ motion, 2)), predicted, 4.0 * WHEELS)
     assert found is not None
     error = motion.between(found.keyframe_from_body)
     assert np.hypot(error.x_m, error.y_m) < 0.0008
     assert abs(error.theta_rad) < 0.0015
 
 
-def test_a_turn_that_slipping_wheels_hide_is_found(patch: FloorPatch) -> None:
+def test_a_turn_that_slipping_wheels_hide_is_found() -> None:
     turn = Pose2(0.0, 0.0, 0.15)
-    keyframe = make_keyframe(patch, sample(patch, "concrete", START, 1), everywhere(patch))
+    keyframe = make_keyframe(PATCH, glance(sample("concrete", START, 1)))
     assert keyframe is not None
-    found = align(keyframe, sample(patch, "concrete", START @ turn, 2), everywhere(patch), Pose2.identity(), 0.01 * WHEELS)
+    found = align(keyframe, glance(sample("concrete", START @ turn, 2)), Pose2.identity(), 0.01 * WHEELS)
     assert found is not None
     assert abs(turn.between(found.keyframe_from_body).theta_rad) < 0.003
 
 
-def test_too_little_bare_floor_makes_no_keyframe(patch: FloorPatch) -> None:
-    assert make_keyframe(patch, sample(patch, "paint", START, 1), np.zeros(patch.points_m.shape[:2], np.bool_)) is None
+def test_too_little_bare_floor_makes_no_keyframe() -> None:
+    assert make_keyframe(PATCH, glance(sample("paint", START, 1), np.zeros(PATCH.points_m.shape[:2], np.bool_))) is None
 
 
-def test_another_floor_is_not_taken_for_the_same(patch: FloorPatch) -> None:
-    keyframe = make_keyframe(patch, sample(patch, "concrete", START, 1), everywhere(patch))
+def test_another_floor_is_not_taken_for_the_same() -> None:
+    keyframe = make_keyframe(PATCH, glance(sample("concrete", START, 1)))
     assert keyframe is not None
-    assert align(keyframe, sample(patch, "paint", START, 2), everywhere(patch), Pose2.identity(), WHEELS) is None
+    assert align(keyframe, glance(sample("paint", START, 2)), Pose2.identity(), WHEELS) is None
 
 
 def wheel_angles(path: list[Pose2]) -> list[NDArray[np.float64]]:
@@ -85,18 +75,18 @@ def wheel_angles(path: list[Pose2]) -> list[NDArray[np.float64]]:
     return angles
 
 
-def test_a_drive_stays_true_where_the_wheels_do_not_and_a_blind_step_follows_the_wheels(patch: FloorPatch) -> None:
+def test_a_drive_stays_true_where_the_wheels_do_not_and_a_blind_step_follows_the_wheels() -> None:
     path = [START]
     for _ in range(10):
         path.append(path[-1] @ Pose2.exp((0.03, 0.0, 0.04)))
     angles = wheel_angles(path)
-    ego = EgoMotion(patch, GEOMETRY, WheelNoise())
-    for index, (pose, turned) in enumerate(zip(path, angles, strict=True)):
-        motion = ego.advance(turned, sample(patch, "concrete", pose, index), everywhere(patch))
+    ego = EgoMotion(PATCH, SHUTTER, GEOMETRY, WheelNoise())
+    for index, (pose, reading) in enumerate(zip(path, angles, strict=True)):
+        motion = ego.advance(turned(reading), sample("concrete", pose, index), everywhere())
     error = START.between(path[-1]).between(motion.odom_from_body)
     assert motion.from_floor
     assert np.hypot(error.x_m, error.y_m) < 0.002
     assert abs(error.theta_rad) < 0.003
-    blind = ego.advance_blind(angles[-1] + 1.0)
+    blind = ego.advance_blind(turned(angles[-1] + 1.0))
     assert not blind.from_floor
     assert blind.previous_from_body == pytest.approx((0.03, 0.0, 0.0), abs=1e-9)

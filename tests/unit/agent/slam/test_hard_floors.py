@@ -12,12 +12,12 @@ import pytest
 from numpy.typing import NDArray
 
 from agent.slam.ego_motion import KEYFRAME_TURN_RAD, EgoMotion, Motion
-from agent.slam.floor_motion import Alignment, align, make_keyframe
+from agent.slam.floor_motion import Alignment, Glance, align, make_keyframe
 from agent.slam.odometry import WheelGeometry, WheelNoise
 from agent.vision.floor_patch import Field
 from protocol.geometry import Array, Pose2
 from tests.synthetic import Box, render
-from tests.unit.agent.eyes import PATCH, VIEW, patch_of
+from tests.unit.agent.eyes import PATCH, SHUTTER, VIEW, patch_of, turned
 
 START = Pose2(0.3, -0.2, 0.25)
 MOTION = Pose2(0.03, 0.01, 0.12)
@@ -44,9 +44,9 @@ def cells_at(pose: Pose2, seed: int, exposure: float = 1.0, tiled: bool = False,
 
 def aligned(cells: Field, tiled: bool = False, seen: NDArray[np.bool_] | None = None) -> Alignment | None:
     where = ring() if seen is None else seen
-    keyframe = make_keyframe(PATCH, cells_at(START, 0, tiled=tiled), where)
+    keyframe = make_keyframe(PATCH, Glance(cells_at(START, 0, tiled=tiled), where, SHUTTER))
     assert keyframe is not None
-    return align(keyframe, cells, where, PREDICTED, PREDICTION)
+    return align(keyframe, Glance(cells, where, SHUTTER), PREDICTED, PREDICTION)
 
 
 def errors(found: Alignment | None, motion: Pose2 = MOTION) -> Array:
@@ -92,14 +92,14 @@ def test_less_floor_in_view_is_believed_less() -> None:
 
 def drive(way: Sequence[Pose2], dark: int = -1, slip_rad: float = 0.0) -> list[Motion]:
     """Return the steps of a drive along `way` [body at the start]; one picture may be dark, and the right wheel spin in the last step."""
-    ego, angles, motions = EgoMotion(PATCH, WHEELS, WheelNoise()), np.zeros(2), []
+    ego, angles, motions = EgoMotion(PATCH, SHUTTER, WHEELS, WheelNoise()), np.zeros(2), []
     for index, (before, now) in enumerate(pairwise([way[0], *way])):
         ahead_m, _, turn_rad = before.between(now).log()
         aside_m = 0.5 * WHEELS.base_m * turn_rad
         spin_m = slip_rad * WHEELS.base_m if index == len(way) - 1 else 0.0
         angles = angles + (np.array([ahead_m - aside_m, ahead_m + aside_m]) * 1.02 + (0.0, spin_m)) / WHEELS.radius_m
         cells = cells_at(START @ now, seed=index % 6, exposure=0.0 if index == dark else 1.0)
-        motions.append(ego.advance(angles, cells, ring()))
+        motions.append(ego.advance(turned(angles), cells, ring()))
     return motions
 
 

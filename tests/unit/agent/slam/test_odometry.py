@@ -22,6 +22,12 @@ def test_travel_by_hand() -> None:
     assert travel(np.array([2.0, 4.0]), WHEELS) == pytest.approx((0.09, 0.5))
 
 
+def test_wheels_of_two_sizes_go_two_ways() -> None:
+    distance_m, turn_rad = travel(np.array([2.0, 2.0]), WheelGeometry(0.03, 0.12, scale=(1.0, 1.04)))
+    assert distance_m == pytest.approx(0.0612)
+    assert turn_rad == pytest.approx(0.02)
+
+
 def test_equation_1_as_printed_goes_straight_on_along_the_old_heading() -> None:
     here = Pose2(1.0, 2.0, math.radians(30.0))
     there = here @ euler_motion(np.array([2.0, 4.0]), WHEELS)
