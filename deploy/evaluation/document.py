@@ -9,6 +9,8 @@ paths           live, smoothed (null where the run has none), each
 distances       between found obstacles (null for fewer than two): pairs, {x, y}_{mean, max}_cm
 formation       null where nobody had a slot: {steady, avoiding}_{rms_cm, s}, worst_cm, restored_s (a list: once there was room),
                 phases (one after the other)
+rigs            by robot, where the true ones are known: how far off each was found: {height, focal, radius, base}_percent, tilt_deg,
+                centre_px, offset_mm, lag_ms
 map
     asked, found, recall, precision
     invented    map obstacles that show nothing that stands there; of these
@@ -23,6 +25,7 @@ map
 from __future__ import annotations
 
 import math
+from dataclasses import asdict
 
 from deploy.evaluation.evaluate import Evaluation, TeamPaths
 from deploy.evaluation.formation_metrics import FormationScore
@@ -47,6 +50,7 @@ def document(evaluation: Evaluation) -> Document:
         },
         "distances": _distances(evaluation.distances) if evaluation.distances else None,
         "formation": _formation(evaluation.formation) if evaluation.formation else None,
+        "rigs": {robot: {name: _number(value) for name, value in asdict(score).items()} for robot, score in evaluation.rigs.items()},
         "map": _map(evaluation.map),
     }
 

@@ -9,6 +9,7 @@ from deploy.evaluation.formation_metrics import FormationScore, read_slots, scor
 from deploy.evaluation.formation_room import Room
 from deploy.evaluation.map_metrics import DistanceErrors, MapScore, distance_errors, score_map
 from deploy.evaluation.path_metrics import MatchedPath, PathScore, match_path, mean_score, score_path
+from deploy.evaluation.rig_metrics import RigScore, score_rigs
 from deploy.evaluation.run_folder import RunFolder, read_run_folder
 from deploy.evaluation.truth import Truth, read_truth
 from deploy.evaluation.tum import Trajectory, no_poses
@@ -40,6 +41,7 @@ class Evaluation:
     map: MapScore
     distances: DistanceErrors | None  # between found obstacles; None for fewer than two
     formation: FormationScore | None  # None where nobody had a slot to hold
+    rigs: dict[str, RigScore]  # by robot; empty where the true ones are not known
 
 
 def evaluate(run_dir: Path, recording_dir: Path, label: str | None = None) -> Evaluation:
@@ -62,6 +64,7 @@ def evaluate(run_dir: Path, recording_dir: Path, label: str | None = None) -> Ev
         map=map_score,
         distances=distance_errors(map_score),
         formation=_score_formation(run_dir, truth),
+        rigs=score_rigs(run.rigs, recording_dir),
     )
 
 

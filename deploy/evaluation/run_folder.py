@@ -15,6 +15,7 @@ from pydantic import BaseModel, ConfigDict, Field, FiniteFloat
 from deploy.evaluation.reading import Ring, read_json, read_yaml
 from deploy.evaluation.tum import Trajectory, read_tum
 from protocol.errors import RecordingError
+from protocol.messages import RigValue
 
 
 @dataclass(frozen=True)
@@ -46,6 +47,7 @@ class RunFolder:
     smoothed: dict[str, Trajectory]  # by robot, after all data were in; empty where the run has none
     objects: tuple[MapObject, ...]
     grid: Grid | None
+    rigs: dict[str, tuple[RigValue, ...]]  # by robot, as it found its own to be
 
     def picture(self, robot: str, view: str) -> Path:
         """Return where the agent's picture of one view lies, whether or not the run was made with pictures."""
@@ -79,9 +81,15 @@ class _MapYaml(BaseModel):
     origin: tuple[FiniteFloat, FiniteFloat, FiniteFloat]
 
 
+class _RobotJson(BaseModel):
+    model_config = ConfigDict(extra="ignore")
+    rig: tuple[RigValue, ...] = ()
+
+
 class _RunJson(BaseModel):
     model_config = ConfigDict(extra="ignore")
     method: str | None = None
+    robots: dict[str, _RobotJson] = {}
 
 
 def read_run_folder(run: Path) -> RunFolder:
@@ -91,14 +99,15 @@ def read_run_folder(run: Path) -> RunFolder:
     live = _read_trajectories(run / "trajectories")
     if not live:
         raise RecordingError(f"{run / 'trajectories'}: holds no <robot>.tum, so there is no run to evaluate")
-    account = run / "run.json"
+    account = read_json(run / "run.json", _RunJson) if (run / "run.json").exists() else _RunJson()
     return RunFolder(
         path=run,
-        method=read_json(account, _RunJson).method if account.exists() else None,
+        method=account.method,
         live=live,
         smoothed=_read_trajectories(run / "trajectories" / "smoothed"),
         objects=_read_objects(run / "map.geojson"),
         grid=_read_grid(run / "map.yaml") if (run / "map.yaml").exists() else None,
+        rigs={robot: part.rig for robot, part in account.robots.items() if part.rig},
     )
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from rich.box import SIMPLE_HEAD
 from rich.table import Table
@@ -14,6 +14,7 @@ from deploy.evaluation.evaluate import Evaluation, TeamPaths
 from deploy.evaluation.formation_metrics import FormationScore
 from deploy.evaluation.map_metrics import MapScore, ObstacleScore
 from deploy.evaluation.path_metrics import PathScore
+from deploy.evaluation.rig_metrics import RigScore
 
 NOTHING = "-"
 
@@ -30,6 +31,7 @@ def tables(evaluation: Evaluation) -> list[Table]:
         obstacles_table(evaluation.map),
         map_table(evaluation.map),
         *formation,
+        *([rigs_table(evaluation.rigs)] if evaluation.rigs else []),
     ]
 
 
@@ -103,6 +105,16 @@ def formation_table(score: FormationScore) -> Table:
     table.add_row("worst of a follower [cm]", _cm(score.worst_m, 2))
     table.add_row("time steady, and avoiding [s]", f"{score.steady_s:.1f}  {score.avoiding_s:.1f}")
     table.add_row("whole again, once there was room, after [s]", "  ".join(f"{seconds:.1f}" for seconds in score.restored_s) or NOTHING)
+    return table
+
+
+def rigs_table(rigs: Mapping[str, RigScore]) -> Table:
+    """Return by how much the robots missed their own rigs."""
+    columns = ("height [%]", "tilt [deg]", "centre [px]", "focal [%]", "offset [mm]", "radii [%]", "base [%]", "clock [ms]")
+    table = _table("Rigs as found while driving, off by", ["robot"], columns)
+    for robot, score in rigs.items():
+        row = (score.height_percent, score.tilt_deg, score.centre_px, score.focal_percent, score.offset_mm, score.radius_percent)
+        table.add_row(robot, *(_plain(value, 2) for value in (*row, score.base_percent)), _plain(score.lag_ms, 1))
     return table
 
 
