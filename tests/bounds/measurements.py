@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 from rich.console import Console
 
@@ -16,8 +17,10 @@ from tests.bench.report import byte_figures
 from tests.bounds.flow import flow_figures
 from tests.bounds.replays import files_that_differ, replay_figures, run
 from tests.bounds.table import COMPARED_ON, METHODS
+from tests.bounds.wrong_drawing import wrongly_drawn
 
 REAL_FLOW = SHARED_RECORDINGS.parent / "real" / "flow"
+WRONG_SEEDS = (1, 2)  # of what the files are wrong about
 BENCH_FRAMES = 50  # of each robot: enough for a median
 
 Figures = Mapping[str, float]
@@ -48,6 +51,7 @@ class Measurement:
 def all_measurements() -> list[Measurement]:
     """Return all measurements in the order in which they are done; `pace` needs the run that `excerpt` leaves."""
     recordings = {name: SHARED_RECORDINGS / name for name in COMPARED_ON}
+    dynamic, rough = recordings["dynamic_a"], SHARED_RECORDINGS / "rough_a"
     return [
         *(Measurement(f"bench_{name}", folder, partial(_bench, folder, 1)) for name, folder in recordings.items()),
         Measurement("bench_excerpt", EXCERPT, partial(_bench, EXCERPT, 2)),
@@ -60,12 +64,24 @@ def all_measurements() -> list[Measurement]:
             for method in METHODS
             if method != "full"
         ),
+        Measurement("rough_a", rough, partial(_replay, rough, "full")),
+        *(
+            Measurement(f"wrong_{seed}", recordings["dynamic_a"], partial(_wrongly_drawn, recordings["dynamic_a"], seed))
+            for seed in WRONG_SEEDS
+        ),
         Measurement("flow", REAL_FLOW, lambda _: flow_figures(REAL_FLOW)),
     ]
 
 
 def _replay(recording: Path, method: Method, desk: Desk) -> Figures:
     return replay_figures(recording, desk.out / f"{recording.name}-{method}", desk.console, method)
+
+
+def _wrongly_drawn(recording: Path, seed: int, desk: Desk) -> Figures:
+    """Replay a recording whose files are wrong about the rigs."""
+    with TemporaryDirectory() as scratch:
+        copy = wrongly_drawn(recording, Path(scratch) / f"{recording.name}-wrong-{seed}", seed)
+        return replay_figures(copy, desk.out / copy.name, desk.console, "full")
 
 
 def _pace(desk: Desk) -> Figures:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import fields
 from pathlib import Path
 
 from rich.console import Console
@@ -11,10 +12,12 @@ from agent.pipeline import Method
 from deploy.account import RunAccount
 from deploy.display import ReplayBar
 from deploy.evaluation.evaluate import evaluate
+from deploy.evaluation.rig_metrics import RigScore
 from deploy.folders import prepare_folder
 from deploy.replay import Plan, replay
 from sim.recording import Recording
 
+RIG_FIGURES = tuple(field.name for field in fields(RigScore))
 _COMPARED_FILES = ("trajectories/*.tum", "trajectories/smoothed/*.tum", "map.geojson", "map.pgm")
 
 
@@ -25,13 +28,18 @@ def replay_figures(recording: Path, out: Path, console: Console, method: Method 
     paths, shown = evaluation.live.mean, evaluation.map
     sizes = [robot.bytes_per_frame for robot in account.robots.values()]
     return {
+        **{f"rig_{name}": max(getattr(rig, name) for rig in evaluation.rigs.values()) for name in RIG_FIGURES if evaluation.rigs},
         "path_error_cm": 100.0 * paths.distance_m.mean,
+        "path_error_max_cm": 100.0 * paths.distance_m.max,
+        "heading_error_deg": math.degrees(paths.heading_rad.mean),
+        "aligned_rmse_max_cm": 100.0 * max(score.aligned_rmse_m for score in evaluation.live.robots.values()),
         "missing_poses": float(paths.expected - paths.matched),
         "recall": shown.recall,
         "precision": shown.precision,
         "invented": float(len(shown.invented)),
         "robots_drawn": float(shown.count("robot")),
         "centre_cm": 100.0 * shown.centre_error_m.median,
+        "iou": shown.iou.median,
         "bytes_median": float(max(size.median for size in sizes)),
         "bytes_max": float(max(size.max for size in sizes)),
     }

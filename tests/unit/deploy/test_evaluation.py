@@ -77,7 +77,7 @@ def test_the_document_has_the_keys_that_it_promises(tmp_path: Path) -> None:
     run, recording = perfect_run(tmp_path)
     report(run, recording)
     content = json.loads((run / "evaluation.json").read_text(encoding="utf-8"))
-    assert list(content) == ["version", "label", "run", "recording", "paths", "distances", "formation", "map"]
+    assert list(content) == ["version", "label", "run", "recording", "paths", "distances", "formation", "rigs", "map"]
     assert content["formation"] is None
     assert content["paths"]["live"]["mean"]["distance_mean_cm"] == 0.0
     assert content["distances"]["pairs"] == 1
