@@ -65,10 +65,7 @@ def all_measurements() -> list[Measurement]:
             if method != "full"
         ),
         Measurement("rough_a", rough, partial(_replay, rough, "full")),
-        *(
-            Measurement(f"wrong_{seed}", recordings["dynamic_a"], partial(_wrongly_drawn, recordings["dynamic_a"], seed))
-            for seed in WRONG_SEEDS
-        ),
+        *(Measurement(f"wrong_{seed}", dynamic, partial(_wrongly_drawn, dynamic, seed)) for seed in WRONG_SEEDS),
         Measurement("flow", REAL_FLOW, lambda _: flow_figures(REAL_FLOW)),
     ]
 
