@@ -16,6 +16,7 @@ from agent.slam.odometry import WheelNoise
 from agent.slam.rig_parameters import CAMERA, PARAMETERS, TILT
 from agent.slam.rig_sensitivity import FloorSensitivity
 from agent.slam.wheel_path import WheelPath
+from agent.vision.floor_patch import Field
 from agent.vision.robust import robust_sigma
 from protocol.geometry import Array, Pose2
 
@@ -23,6 +24,7 @@ SHAKING_RAD = 0.0035  # of a body that drives
 EVERY = 6  # of the keyframe's points one in so many is used
 MAX_ROUNDS, SETTLED_M = 3, 1e-4
 SLIP_SCALE = 3.0  # sigmas of the wheels' own noise at which they lose half their weight
+LEAST_SHARE = 0.1  # of the slopes, that has to be no noise
 MOTION, SHAKING = slice(0, 3), slice(3, 7)
 NUISANCES = 7
 
@@ -41,6 +43,8 @@ class FloorPair:
         self._points_m, self._values = texture.points_m[::EVERY], texture.values[::EVERY]
         self._slopes, self._texture = texture.slopes[::EVERY], texture
         self._glance, self._visible = glance, glance.bare.astype(np.float32)
+        scale = 1.0 / (8.0 * texture.cell_m)
+        self._slopes_now = tuple(cv2.Sobel(glance.cells, cv2.CV_32F, *order, ksize=3, scale=scale) for order in ((0, 1), (1, 0)))
 
     def information(self, start: Pose2, path: WheelPath, sensitivity: FloorSensitivity, sigma: Array) -> Information:
         """Return what the pair tells of the rig, given the motion as aligned so far, and how far off the rig may be, (PARAMETERS,)."""
@@ -77,8 +81,19 @@ class FloorPair:
         weighted = terms * weights[:, None]
         matrix, vector = np.zeros((3 + 4 + PARAMETERS,) * 2), np.zeros(3 + 4 + PARAMETERS)
         count = terms.shape[1]
-        matrix[:count, :count], vector[:count] = weighted.T @ terms, -weighted.T @ residuals
+        share = self._true_share(rotation, rows, columns, weights)
+        matrix[:count, :count], vector[:count] = share**2 * (weighted.T @ terms), -share * (weighted.T @ residuals)
         return matrix, vector
+
+    def _true_share(self, rotation: Array, rows: Field, columns: Field, weights: Array) -> float:
+        """Return how much of the keyframe's slopes both pictures share: the rest is noise, which makes every step too short.
+
+        Errors in variables: Fuller, "Measurement error models", 1987, section 1.2.
+        """
+        looked_up = [cv2.remap(slopes, columns, rows, cv2.INTER_LINEAR)[0] for slopes in self._slopes_now]
+        now = np.stack(looked_up, axis=-1).astype(np.float64) @ rotation.T
+        then = self._slopes[:, :2]
+        return float(np.clip((weights[:, None] * now * then).sum() / (weights[:, None] * then * then).sum(), LEAST_SHARE, 1.0))
 
 
 def _wheel_equations(pose: Pose2, rig: Array, path: WheelPath, noise: WheelNoise) -> tuple[Array, Array]:
