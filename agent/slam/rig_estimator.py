@@ -17,7 +17,7 @@ from agent.slam.rig_sensitivity import FloorSensitivity
 from agent.vision.own_rim import RimShift
 from protocol.geometry import Array
 
-RIM_RADIUS_SIGMA_RAD, RIM_CENTRE_SIGMA_RAD = 0.0008, 0.0005  # of what is measured in the picture: a rim is no perfect circle
+RIM_RADIUS_SIGMA_PX, RIM_CENTRE_SIGMA_PX = 0.3, 0.16  # a rim is no perfect circle, and how light becomes grey levels moves its border
 FRESH_WAY_M, FRESH_TURN_RAD = 0.08, 0.15  # between two pictures that both tell of the rig
 AGAIN = 0.1  # of those: a drawing that was found wrong once is no longer believed
 TAKEN_AS_DRAWN_M = 1e-6  # sigma of a height that nothing tells
@@ -40,7 +40,6 @@ class RigEstimator:
         self._sigma = prior_sigma(drawn)
         if not has_scale:
             self._sigma[HEIGHT] = TAKEN_AS_DRAWN_M
-        self._focal_px = drawn.focal_px[0]
         self._prior = np.diag(self._sigma**-2)
         self._floor = Information(np.zeros((PARAMETERS, PARAMETERS)), np.zeros(PARAMETERS))
         self._rim = self._floor
@@ -51,7 +50,7 @@ class RigEstimator:
         """Take where the own rim is in the picture, beside where the drawing has it, with its (3, 8) sensitivity there."""
         terms = np.zeros((3, PARAMETERS))
         terms[:, CAMERA] = sensitivity
-        sigma_px = np.array([RIM_RADIUS_SIGMA_RAD, RIM_CENTRE_SIGMA_RAD, RIM_CENTRE_SIGMA_RAD]) * self._focal_px
+        sigma_px = np.array([RIM_RADIUS_SIGMA_PX, RIM_CENTRE_SIGMA_PX, RIM_CENTRE_SIGMA_PX])
         weighted = terms / sigma_px[:, None] ** 2
         self._rim = Information(weighted.T @ terms, weighted.T @ np.array([shift.radius_px, *shift.centre_px]))
 
