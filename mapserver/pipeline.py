@@ -60,7 +60,7 @@ class MapPipeline:
             self._tie_sightings(batch.local_maps)
         with self._clock.stage("graph"):
             self._graph.update()
-            beliefs = self._beliefs(batch.stamp_ns)
+            beliefs = self._graph.beliefs(batch.stamp_ns)
         views, bodies = self._views(batch), self._bodies(batch.stamp_ns)
         for view in views:
             with self._clock.stage("objects"):
@@ -99,14 +99,19 @@ class MapPipeline:
 
     def _tie_sightings(self, local_maps: Sequence[LocalMap]) -> None:
         for local_map in local_maps:
-            beliefs = self._beliefs(local_map.stamp_ns)
-            observer = beliefs.pop(local_map.robot)
+            beliefs = self._graph.beliefs(local_map.stamp_ns)
+            observer = beliefs.pop(local_map.robot, None)
+            if observer is None:
+                continue
             for match in associate(local_map.sightings, observer, beliefs):
                 self._graph.see(local_map, match.robot, match.sighting)
 
     def _views(self, batch: Batch) -> list[_PlacedView]:
         """Return the local maps of robots that know where they are."""
-        return [self._placed(local_map) for local_map in batch.local_maps if not self._graph.is_searching(local_map.robot)]
+        return [self._placed(local_map) for local_map in batch.local_maps if self._knows_its_place(local_map.robot)]
+
+    def _knows_its_place(self, robot: str) -> bool:
+        return self._graph.has_place(robot) and not self._graph.is_searching(robot)
 
     def _placed(self, local_map: LocalMap) -> _PlacedView:
         pose = self._graph.belief(local_map.robot, local_map.stamp_ns).arena_from_body
@@ -116,9 +121,6 @@ class MapPipeline:
         """Return the bodies of all robots that have been heard of, but for one."""
         heard = [robot for robot in self._robots if robot != besides and self._graph.is_placed(robot)]
         return [Body.of(self._graph.belief(robot, stamp_ns), self._radii_m[robot]) for robot in heard]
-
-    def _beliefs(self, stamp_ns: int) -> dict[str, Belief]:
-        return {robot: self._graph.belief(robot, stamp_ns) for robot in self._robots}
 
     def _merged(self, stamp_ns: int, beliefs: Mapping[str, Belief], tiles: tuple[MapTile, ...]) -> Merged:
         robots = tuple(_robot_pose(robot, belief) for robot, belief in beliefs.items())

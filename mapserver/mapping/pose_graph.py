@@ -2,6 +2,8 @@
 
 Variables are Pose2, one for each robot and local map. Kaess et al., "iSAM2: Incremental smoothing and mapping using the
 Bayes tree", IJRR 2012. All state is causal: a belief rests on nothing but the local maps added so far.
+
+A robot of which nobody knows where it is has no place: its path is kept as a chain of its own (odometry.py) until it is placed.
 """
 
 from __future__ import annotations
@@ -17,14 +19,13 @@ from numpy.typing import NDArray
 
 from mapserver.mapping.belief import Belief, Twist, extrapolate
 from mapserver.mapping.covariance import made_definite
+from mapserver.mapping.odometry import LEAST_MOTION_VARIANCE, STANDING, Chain, motion
 from mapserver.mapping.sighting_noise import SightingLedger
 from protocol.fields import covariance_matrix
 from protocol.geometry import Array, Pose2
 from protocol.messages import LocalMap, Sighting
 
 START_SIGMA = 1e-4  # [m or rad]: what a configured sigma of 0 means
-LEAST_MOTION_VARIANCE = np.array([2.5e-9, 2.5e-9, 2.5e-9])  # 0.05 mm and 0.05 mrad a frame
-RESTART_SIGMA = np.array([0.1, 0.1, 0.3])  # where a restarted agent finds its robot, around where it was believed to be [m, m, rad]
 FOUND_SIGMA = np.array([0.02, 0.02, 0.05])  # a restarted robot that is known so well has been found again [m, m, rad; body]
 SEARCH_NS = 5_000_000_000  # nobody is searched for longer: where nobody sees it, its last pose is the best there is
 MAX_STAMP_GAP_S = 0.06  # between a sighting and the nearest pose of the robot that it shows
@@ -89,10 +90,10 @@ class _Node(NamedTuple):
 
 
 class PoseGraph:
-    """Holds all robots' paths. `add` local maps and `see` robots, then `update`; read beliefs and trajectories at any time."""
+    """Holds all robots' paths. `add` local maps, `see` and `place` robots, then `update`; read beliefs and trajectories at any time."""
 
-    def __init__(self, starts: Mapping[str, Start]) -> None:
-        """Begin with every robot at its start; robots are numbered in the order of their names."""
+    def __init__(self, starts: Mapping[str, Start | None]) -> None:
+        """Begin with every robot at its start, or without a place where that is None; robots are numbered in the order of their names."""
         parameters = gtsam.ISAM2Params()
         parameters.setRelinearizeThreshold(RELINEARISE_ABOVE)
         parameters.relinearizeSkip = 1
@@ -100,10 +101,15 @@ class PoseGraph:
         self._factors = gtsam.NonlinearFactorGraph()
         self._values = gtsam.Values()
         self._ledger = SightingLedger()
-        self._tracks = {robot: _Track(index, starts[robot].belief()) for index, robot in enumerate(sorted(starts))}
+        self._indices = {robot: index for index, robot in enumerate(sorted(starts))}
+        self._tracks = {robot: _Track(index, start.belief()) for robot, index in self._indices.items() if (start := starts[robot])}
+        self._chains = {robot: Chain() for robot in self._indices if robot not in self._tracks}  # of those without a place
 
     def add(self, local_map: LocalMap) -> None:
         """Extend the robot's path to the local map's stamp, which must be newer than its last one."""
+        if local_map.robot in self._chains:
+            self._chains[local_map.robot].add(local_map)
+            return
         track = self._tracks[local_map.robot]
         if track.last is None:
             self._begin(track, local_map)
@@ -113,9 +119,8 @@ class PoseGraph:
         self._values.insert(track.newest_key(), _to_gtsam(track.belief.arena_from_body))
 
     def see(self, local_map: LocalMap, target: str, sighting: Sighting) -> None:
-        """Tie an added local map's pose to the target's pose of (nearly) the same stamp; a target without one ties nothing."""
-        observer = _Node.of(self._tracks[local_map.robot], local_map.stamp_ns)
-        seen = _Node.of(self._tracks[target], local_map.stamp_ns)
+        """Tie an added local map's pose to the target's pose of (nearly) the same stamp; who has none, or no place, ties nothing."""
+        observer, seen = self._node(local_map.robot, local_map.stamp_ns), self._node(target, local_map.stamp_ns)
         if observer is None or seen is None or seen.gap_s > MAX_STAMP_GAP_S:
             return
         pair = (local_map.robot, target)
@@ -126,8 +131,29 @@ class PoseGraph:
         bearing, noise = gtsam.Rot2(sighting.bearing_rad), _robust(covariance[::-1, ::-1])  # GTSAM's order is (bearing, range)
         self._factors.add(gtsam.BearingRangeFactorPose2(observer.key, seen.key, bearing, sighting.range_m, noise))
 
+    def place(self, robot: str, stamp_ns: int, found: Belief) -> None:
+        """Enter a robot without a place, and its path so far, where it is `found` to be at the stamp of one of its added local maps.
+
+        The covariance of `found` must hold nothing of sightings that it is to be tied by as well.
+        """
+        chain = self._chains.pop(robot)
+        fixed = chain.stamps_ns.index(stamp_ns)
+        track = self._tracks.setdefault(robot, _Track(self._indices[robot], found))
+        first = len(track.stamps_ns)
+        arena_from_start = found.arena_from_body @ chain.start_from_body[fixed].inverse()
+        for number, node_ns in enumerate(chain.stamps_ns):
+            track.stamps_ns.append(node_ns)
+            self._values.insert(track.newest_key(), _to_gtsam(arena_from_start @ chain.start_from_body[number]))
+            if number:
+                self._tie_motion(track, chain.twists[number])
+        noise = gtsam.noiseModel.Gaussian.Covariance(found.covariance)
+        self._factors.add(gtsam.PriorFactorPose2(track.key(first + fixed), _to_gtsam(found.arena_from_body), noise))
+        track.belief, track.twist, track.last = found, chain.twists[-1], chain.last
+        for twist in chain.twists[fixed + 1 :]:
+            track.belief = track.belief.moved(twist.body_from_next, twist.covariance)
+
     def update(self) -> dict[str, Belief]:
-        """Solve with all that was added since the last call and return where each robot is at its own newest stamp."""
+        """Solve with all that was added since the last call and return where each placed robot is at its own newest stamp."""
         self._isam.update(self._factors, self._values)
         for _ in range(EXTRA_ITERATIONS):
             self._isam.update()
@@ -140,7 +166,7 @@ class PoseGraph:
         return {robot: track.belief for robot, track in self._tracks.items()}
 
     def belief(self, robot: str, stamp_ns: int) -> Belief:
-        """Return where the robot is at `stamp_ns`: its pose of that stamp, else its newest one, carried forward where that is older."""
+        """Return where a robot that has a place is at `stamp_ns`: its pose of then, else its newest, carried forward if that is older."""
         track = self._tracks[robot]
         node = _Node.of(track, stamp_ns)
         if node is None or track.twist is None:
@@ -149,17 +175,27 @@ class PoseGraph:
             return self._solved(node.key)
         return extrapolate(track.belief, track.twist, (stamp_ns - track.stamps_ns[-1]) * 1e-9)
 
+    def beliefs(self, stamp_ns: int) -> dict[str, Belief]:
+        """Return where the robots that have a place are at a stamp, in the order of their names."""
+        return {robot: self.belief(robot, stamp_ns) for robot in self._indices if self.has_place(robot)}
+
+    def has_place(self, robot: str) -> bool:
+        """Tell whether it is known where the robot is, or at least where it was set down."""
+        return robot not in self._chains
+
     def is_placed(self, robot: str) -> bool:
-        """Tell whether the robot has sent a local map yet."""
-        return bool(self._tracks[robot].stamps_ns)
+        """Tell whether the robot has a place and has sent a local map yet."""
+        return self.has_place(robot) and bool(self._tracks[robot].stamps_ns)
 
     def is_searching(self, robot: str) -> bool:
         """Tell whether the robot's agent began anew, and others have yet to tell where that was."""
-        return self._tracks[robot].restarted_ns is not None
+        return self.has_place(robot) and self._tracks[robot].restarted_ns is not None
 
     def trajectory(self, robot: str) -> tuple[NDArray[np.int64], Array]:
-        """Return the smoothed path: stamps, shape (n,) [ns], and poses, shape (n, 3) [m, m, rad; arena]."""
-        track = self._tracks[robot]
+        """Return the smoothed path: stamps, shape (n,) [ns], and poses, shape (n, 3) [m, m, rad; arena]; none without a place."""
+        track = self._tracks.get(robot)
+        if track is None:
+            return np.empty(0, dtype=np.int64), np.empty((0, 3))
         poses = [_from_gtsam(self._isam.calculateEstimatePose2(track.key(number))) for number in range(len(track.stamps_ns))]
         return np.array(track.stamps_ns, dtype=np.int64), np.array(poses, dtype=np.float64).reshape(-1, 3)
 
@@ -167,41 +203,35 @@ class PoseGraph:
         """Fix the first pose: the start, moved on by what the agent has driven before this first local map."""
         driven = made_definite(covariance_matrix(local_map.motion_covariance) * local_map.seq, LEAST_MOTION_VARIANCE)
         track.belief = track.belief.moved(Pose2(*local_map.odom_from_body), driven)._replace(predicted=False)
-        track.twist = Twist(Pose2.identity(), np.diag(LEAST_MOTION_VARIANCE), 1.0)
+        track.twist = STANDING
         track.stamps_ns.append(local_map.stamp_ns)
         noise = gtsam.noiseModel.Gaussian.Covariance(track.belief.covariance)
         self._factors.add(gtsam.PriorFactorPose2(track.newest_key(), _to_gtsam(track.belief.arena_from_body), noise))
 
     def _extend(self, track: _Track, last: LocalMap, local_map: LocalMap) -> None:
-        twist = _motion(last, local_map)
-        previous_key = track.newest_key()
+        twist = motion(last, local_map)
         if local_map.epoch != last.epoch:
             track.restarted_ns = local_map.stamp_ns
             self._ledger.forget(local_map.robot)
         track.belief = track.belief.moved(twist.body_from_next, twist.covariance)
         track.twist = twist
         track.stamps_ns.append(local_map.stamp_ns)
+        self._tie_motion(track, twist)
+
+    def _tie_motion(self, track: _Track, twist: Twist) -> None:
+        """Tie the newest of a track's variables to the one before."""
         noise = gtsam.noiseModel.Gaussian.Covariance(twist.covariance)
-        self._factors.add(gtsam.BetweenFactorPose2(previous_key, track.newest_key(), _to_gtsam(twist.body_from_next), noise))
+        key = track.newest_key()
+        self._factors.add(gtsam.BetweenFactorPose2(key - 1, key, _to_gtsam(twist.body_from_next), noise))
+
+    def _node(self, robot: str, stamp_ns: int) -> _Node | None:
+        return _Node.of(self._tracks[robot], stamp_ns) if self.has_place(robot) else None
 
     def _pose(self, key: int) -> Pose2:
         return _from_gtsam(self._values.atPose2(key) if self._values.exists(key) else self._isam.calculateEstimatePose2(key))
 
     def _solved(self, key: int) -> Belief:
         return Belief(_from_gtsam(self._isam.calculateEstimatePose2(key)), self._isam.marginalCovariance(key))
-
-
-def _motion(last: LocalMap, local_map: LocalMap) -> Twist:
-    """Return the motion between two local maps: as stated, over a gap from the agent's odometry, or over a restart."""
-    duration_s = (local_map.stamp_ns - last.stamp_ns) * 1e-9
-    stated = made_definite(covariance_matrix(local_map.motion_covariance), LEAST_MOTION_VARIANCE)
-    if local_map.epoch != last.epoch:
-        return Twist(Pose2(*local_map.odom_from_body), stated + np.diag(RESTART_SIGMA**2), duration_s)
-    frames = local_map.seq - last.seq  # negative where their order was mixed up on the way
-    if frames == 1:
-        return Twist(Pose2(*local_map.previous_from_body), stated, duration_s)
-    motion = Pose2(*last.odom_from_body).between(Pose2(*local_map.odom_from_body))
-    return Twist(motion, stated * abs(frames), duration_s)
 
 
 def _motion_within(gap_s: float, twist: Twist | None, range_m: float) -> Array:
