@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Literal, Self
 
@@ -28,13 +29,13 @@ class RobotSettings(Settings):
     """One robot of the swarm, and where it is set down."""
 
     name: Name
-    initial_pose: tuple[Coordinate, Coordinate, Coordinate]  # [m, m, rad; arena]
+    initial_pose: tuple[Coordinate, Coordinate, Coordinate] | None = None  # [m, m, rad; arena]; none: it has to find its place
     initial_pose_sigma: tuple[Sigma, Sigma, Sigma] = (0.0, 0.0, 0.0)  # standard deviations [m, m, rad; arena]; 0: exact
     body_radius_m: Annotated[float, Field(gt=0.0, le=5.0, allow_inf_nan=False)] = 0.075
 
-    def start(self) -> Start:
-        """Return where the robot begins."""
-        return Start(Pose2(*self.initial_pose), self.initial_pose_sigma)
+    def start(self) -> Start | None:
+        """Return where the robot begins, None where nobody knows."""
+        return None if self.initial_pose is None else Start(Pose2(*self.initial_pose), self.initial_pose_sigma)
 
 
 class FormationSettings(Settings):
@@ -107,6 +108,14 @@ class MapServerConfig(Settings):
             max_speed_m_s=wanted.max_speed_m_s,
             bounds=None if wanted.bounds is None else Bounds(*wanted.bounds),
         )
+
+
+def starts_of(robots: Sequence[RobotSettings]) -> dict[str, Start | None]:
+    """Return where each robot begins. Where that is known of none, the first by name begins in the arena's origin, which it makes."""
+    starts = {robot.name: robot.start() for robot in robots}
+    if not any(starts.values()):
+        starts[min(starts)] = Start(Pose2.identity())
+    return starts
 
 
 def load_config(file: Path) -> MapServerConfig:

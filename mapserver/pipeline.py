@@ -6,12 +6,13 @@ from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 from mapserver.batching import Batch
-from mapserver.config import RobotSettings
+from mapserver.config import RobotSettings, starts_of
 from mapserver.formation.floor import Floor
 from mapserver.mapping.association import associate
 from mapserver.mapping.belief import Belief
 from mapserver.mapping.bodies import Body
 from mapserver.mapping.grid import CELL_M
+from mapserver.mapping.joining import Seekers
 from mapserver.mapping.movers import MoverWatch
 from mapserver.mapping.overlay import Overlay
 from mapserver.mapping.pose_graph import PoseGraph
@@ -44,7 +45,8 @@ class MapPipeline:
         """Begin with every robot at its start and nothing known of the floor."""
         self._radii_m = {robot.name: robot.body_radius_m for robot in robots}
         self._robots = sorted(self._radii_m)
-        self._graph = PoseGraph({robot.name: robot.start() for robot in robots})
+        self._graph = PoseGraph(starts_of(robots))
+        self._seekers = Seekers()
         self._overlay = Overlay()
         self._things = ThingTracker(self._overlay)
         self._movers = MoverWatch()
@@ -58,6 +60,7 @@ class MapPipeline:
         with self._clock.stage("associate"):
             self._extend_paths(batch.local_maps)
             self._tie_sightings(batch.local_maps)
+            self._let_join(batch)
         with self._clock.stage("graph"):
             self._graph.update()
             beliefs = self._graph.beliefs(batch.stamp_ns)
@@ -106,6 +109,15 @@ class MapPipeline:
             for match in associate(local_map.sightings, observer, beliefs):
                 self._graph.see(local_map, match.robot, match.sighting)
 
+    def _let_join(self, batch: Batch) -> None:
+        """Enter robots that have found their place."""
+        self._seekers.note(batch.local_maps, self._graph)
+        while (join := self._seekers.joins(batch.stamp_ns, self._graph, self._overlay.cells)) is not None:
+            self._graph.place(join.robot, join.stamp_ns, join.found)
+            for tie in join.ties:
+                self._graph.see(*tie)
+            self._graph.update()
+
     def _views(self, batch: Batch) -> list[_PlacedView]:
         """Return the local maps of robots that know where they are."""
         return [self._placed(local_map) for local_map in batch.local_maps if self._knows_its_place(local_map.robot)]
@@ -125,7 +137,7 @@ class MapPipeline:
     def _merged(self, stamp_ns: int, beliefs: Mapping[str, Belief], tiles: tuple[MapTile, ...]) -> Merged:
         robots = tuple(_robot_pose(robot, belief) for robot, belief in beliefs.items())
         self._stamp_ns = stamp_ns
-        merged = Merged(Poses(seq=self._steps, stamp_ns=stamp_ns, robots=robots), self._map_update(tiles))
+        merged = Merged(Poses(seq=self._steps, stamp_ns=stamp_ns, robots=robots, seekers=self._graph.seekers()), self._map_update(tiles))
         self._steps += 1
         return merged
 

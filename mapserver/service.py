@@ -15,7 +15,7 @@ from mapserver.pipeline import MapPipeline, Merged
 from mapserver.servertime import ServerTime
 from mapserver.stopping import StopLatch
 from protocol.bus import Bus
-from protocol.messages import ServerStatus
+from protocol.messages import Poses, ServerStatus
 from protocol.stage_clock import StageClock
 from protocol.topics import (
     ACKNOWLEDGEMENT,
@@ -60,6 +60,7 @@ class MapService:
         self._intake = Intake(robots)
         self._bytes_received = 0
         self._missing: frozenset[str] = frozenset()
+        self._seekers: frozenset[str] = frozenset()
         self._present = bus.presence(AGENT_ALIVE)
         self._local_maps = bus.inbox(LOCAL_MAP)
         self._world_times = bus.inbox(WORLD_TIME)
@@ -78,7 +79,9 @@ class MapService:
         while not stopping():
             batch = self._receive()
             if batch is not None:
-                self._publish(self._step(batch))
+                merged = self._step(batch)
+                self._name_seekers(merged.poses)
+                self._publish(merged)
             self._obey()
             self._answer()
             self._broadcast.repeat()
@@ -153,6 +156,15 @@ class MapService:
         """Sleep until something comes, unless a further batch may be due already."""
         if not is_busy:
             self._bus.wait(TURN_S)
+
+    def _name_seekers(self, poses: Poses) -> None:
+        """Log who has to look for its place, and who has found it, once each."""
+        seekers = frozenset(poses.seekers)
+        for robot in sorted(seekers - self._seekers):
+            _log.info("%s is looking for its place: nothing of it enters the map", robot)
+        for robot in sorted(self._seekers - seekers):
+            _log.info("%s has found its place at stamp %d", robot, poses.stamp_ns)
+        self._seekers = seekers
 
     def _name_missing(self, missing: frozenset[str]) -> None:
         """Log who went and who is back, once each."""

@@ -114,11 +114,12 @@ class RobotPose(Message):
 
 
 class Poses(Message):
-    """Corrected poses of all robots at one stamp."""
+    """Corrected poses of all robots at one stamp; a robot that nobody knows the place of has none, and is told as a seeker."""
 
     seq: Count
     stamp_ns: StampNs
     robots: tuple[RobotPose, ...]
+    seekers: tuple[Name, ...] = ()
 
 
 class MapObject(Message):

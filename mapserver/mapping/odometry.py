@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from bisect import bisect_left
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -15,6 +17,7 @@ from protocol.messages import LocalMap
 LEAST_MOTION_VARIANCE = np.array([2.5e-9, 2.5e-9, 2.5e-9])  # 0.05 mm and 0.05 mrad a frame
 RESTART_SIGMA = np.array([0.1, 0.1, 0.3])  # where a restarted agent finds its robot, around where it was believed to be [m, m, rad]
 
+MOST_LINKS = 20_000  # of a chain: a quarter of an hour at 20 Hz; what is older is forgotten
 STANDING = Twist(Pose2.identity(), np.diag(LEAST_MOTION_VARIANCE), 1.0)  # what is assumed of a robot after its first local map
 
 
@@ -31,14 +34,31 @@ def motion(last: LocalMap, local_map: LocalMap) -> Twist:
     return Twist(driven, stated * abs(frames), duration_s)
 
 
+def interpolated(stamps_ns: Sequence[int], pose: Callable[[int], Pose2], last: Twist, stamp_ns: int) -> Pose2:
+    """Return a path's pose at a stamp: between two of its poses, of numbers, by constant velocity; after them by its `last` motion."""
+    after = bisect_left(stamps_ns, stamp_ns)
+    if after == len(stamps_ns):
+        elapsed_s = (stamp_ns - stamps_ns[-1]) * 1e-9
+        return pose(after - 1) @ Pose2.exp(last.body_from_next.log() * (elapsed_s / last.duration_s))
+    if after == 0 or stamps_ns[after] == stamp_ns:
+        return pose(after)
+    before = pose(after - 1)
+    share = (stamp_ns - stamps_ns[after - 1]) / (stamps_ns[after] - stamps_ns[after - 1])
+    return before @ Pose2.exp(before.between(pose(after)).log() * share)
+
+
 @dataclass
 class Chain:
-    """The path of a robot without a place: poses in the frame `start` of the first of them, and the motion that led to each."""
+    """The path of a robot without a place: poses in the frame `start` of its first, and the motion that led to each."""
 
     stamps_ns: list[int] = field(default_factory=list)
     start_from_body: list[Pose2] = field(default_factory=list)
     twists: list[Twist] = field(default_factory=list)
     last: LocalMap | None = None
+
+    def pose(self, stamp_ns: int) -> Pose2:
+        """Return start_from_body at a stamp near those of the chain, which must not be empty."""
+        return interpolated(self.stamps_ns, self.start_from_body.__getitem__, self.twists[-1], stamp_ns)
 
     def add(self, local_map: LocalMap) -> None:
         """Go on to the next local map. A restarted agent begins anew: its robot may have been carried elsewhere."""
@@ -49,3 +69,5 @@ class Chain:
             self.start_from_body.append(self.start_from_body[-1] @ self.twists[-1].body_from_next)
         self.stamps_ns.append(local_map.stamp_ns)
         self.last = local_map
+        for links in (self.stamps_ns, self.start_from_body, self.twists):
+            del links[:-MOST_LINKS]

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from mapserver.mapping.belief import Belief, Twist, extrapolate
 from mapserver.mapping.covariance import made_definite
-from mapserver.mapping.odometry import LEAST_MOTION_VARIANCE, STANDING, Chain, motion
+from mapserver.mapping.odometry import LEAST_MOTION_VARIANCE, STANDING, Chain, interpolated, motion
 from mapserver.mapping.sighting_noise import SightingLedger
 from protocol.fields import covariance_matrix
 from protocol.geometry import Array, Pose2
@@ -28,6 +28,7 @@ from protocol.messages import LocalMap, Sighting
 START_SIGMA = 1e-4  # [m or rad]: what a configured sigma of 0 means
 FOUND_SIGMA = np.array([0.02, 0.02, 0.05])  # a restarted robot that is known so well has been found again [m, m, rad; body]
 SEARCH_NS = 5_000_000_000  # nobody is searched for longer: where nobody sees it, its last pose is the best there is
+MOST_GAP_S = 0.3  # between two poses on a path that goes on
 MAX_STAMP_GAP_S = 0.06  # between a sighting and the nearest pose of the robot that it shows
 CAUCHY_SCALE = 2.0  # whitened residual at which a sighting loses half its weight
 RELINEARISE_ABOVE = 1e-3  # [m or rad]: a tenth of a millimetre at the map's far end needs fresh Jacobians
@@ -178,6 +179,21 @@ class PoseGraph:
     def beliefs(self, stamp_ns: int) -> dict[str, Belief]:
         """Return where the robots that have a place are at a stamp, in the order of their names."""
         return {robot: self.belief(robot, stamp_ns) for robot in self._indices if self.has_place(robot)}
+
+    def pose(self, robot: str, stamp_ns: int) -> Pose2 | None:
+        """Return the pose of a robot that has a place at a stamp gone by or near; None where it was not heard of then."""
+        node, track = self._node(robot, stamp_ns), self._tracks.get(robot)
+        if node is None or track is None or track.twist is None or node.gap_s > MOST_GAP_S:
+            return None
+        return interpolated(track.stamps_ns, lambda number: self._pose(track.key(number)), track.twist, stamp_ns)
+
+    def chain(self, robot: str) -> Chain:
+        """Return the path so far of a robot without a place."""
+        return self._chains[robot]
+
+    def seekers(self) -> tuple[str, ...]:
+        """Return the robots without a place, in the order of their names."""
+        return tuple(sorted(self._chains))
 
     def has_place(self, robot: str) -> bool:
         """Tell whether it is known where the robot is, or at least where it was set down."""

@@ -6,8 +6,10 @@ from pathlib import Path
 
 import pytest
 
-from mapserver.config import MapServerConfig, load_config
+from mapserver.config import MapServerConfig, RobotSettings, load_config, starts_of
+from mapserver.mapping.pose_graph import Start
 from protocol.errors import ConfigError
+from protocol.geometry import Pose2
 
 MINIMAL = """
 site = "lab"
@@ -36,6 +38,7 @@ def test_what_only_the_owner_knows_is_enough(tmp_path: Path) -> None:
     config = load(tmp_path, MINIMAL)
     assert (config.site, config.clock, config.listen) == ("lab", "wall", "tcp/127.0.0.1:0")
     start = config.robots[0].start()
+    assert start is not None
     assert start.arena_from_body == (0.0, 0.5, 0.1)
     assert start.sigma == (0.0, 0.0, 0.0)
 
@@ -88,3 +91,12 @@ def test_an_exploration_goes_in_a_column(tmp_path: Path) -> None:
     task = load(tmp_path, TWO + '[formation]\nkind = "explore"').task()
     assert task is not None
     assert (task.explores, task.shape.kind) == (True, "column")
+
+
+def test_a_robot_without_a_start_has_to_find_its_place() -> None:
+    robots = [RobotSettings(name="r1", initial_pose=(1.0, 0.0, 0.0)), RobotSettings(name="r2")]
+    assert starts_of(robots) == {"r1": Start(Pose2(1.0, 0.0, 0.0)), "r2": None}
+
+
+def test_where_no_start_is_known_the_first_robot_by_name_makes_the_origin() -> None:
+    assert starts_of([RobotSettings(name="r2"), RobotSettings(name="r1")]) == {"r1": Start(Pose2.identity()), "r2": None}

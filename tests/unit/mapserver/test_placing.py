@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from mapserver.mapping.belief import Belief
+from mapserver.mapping.odometry import MOST_LINKS, Chain
 from mapserver.mapping.pose_graph import PoseGraph, Start
 from protocol.geometry import Pose2
 from tests.unit.mapserver.worlds import STEP_NS, local_map, sighting_of
@@ -82,3 +83,11 @@ def test_what_a_robot_drove_before_its_agent_restarted_is_not_joined_to_what_it_
     graph.place("r2", 11 * STEP_NS, Belief(R2_START, LOOSE))
     graph.update()
     assert graph.trajectory("r2")[0].tolist() == [10 * STEP_NS, 11 * STEP_NS]
+
+
+def test_a_chain_is_remembered_for_so_long_only() -> None:
+    chain = Chain()
+    for seq in range(MOST_LINKS + 3):
+        chain.add(local_map("r2", seq, motion=Pose2(1e-3, 0.0, 0.0)))
+    assert len(chain.stamps_ns) == len(chain.start_from_body) == len(chain.twists) == MOST_LINKS
+    assert chain.pose(chain.stamps_ns[-1]).x_m == pytest.approx(1e-3 * (MOST_LINKS + 2))

@@ -72,6 +72,7 @@ EXAMPLES: list[Message] = [
         seq=4,
         stamp_ns=STAMP_NS,
         robots=(RobotPose(robot="r1", arena_from_body=(0.1, 0.2, 0.3), covariance=(0.1, 0.0, 0.0, 0.1, 0.0, 0.1), predicted=True),),
+        seekers=("r2",),
     ),
     MapUpdate(
         seq=4,
