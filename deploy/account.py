@@ -14,6 +14,8 @@ Stable: keys are added, never renamed; `version` grows when one changes its mean
         frames          recorded (rows of data.csv), received, used, dropped
         reasons         why frames or messages were dropped, each with its count
         predicted       live poses without a local map of that stamp
+        unplaced        frames without a live pose, as nobody knew the robot's place yet
+        joined_ns       stamp of its first live pose; null: it has never found its place
         messages_lost   local maps that the map server missed
         bytes_sent      encoded, by the agent: messages of every kind, and answers
         bytes_per_frame median and max of what a frame costs on the bus: its local map and its motion vectors, encoded
@@ -31,7 +33,7 @@ from collections.abc import Iterable, Sequence
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from statistics import median
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 from pydantic import BaseModel, ConfigDict
 
@@ -59,6 +61,8 @@ class RobotAccount(_Part):
     frames: dict[str, int]
     reasons: dict[str, int]
     predicted: int
+    unplaced: int = 0
+    joined_ns: int | None = None
     messages_lost: int
     bytes_sent: int
     bytes_per_frame: FrameBytes
@@ -98,15 +102,26 @@ class RunAccount(_Part):
         (folder / ACCOUNT_FILE).write_text(self.model_dump_json(indent=1) + "\n", encoding="utf-8")
 
 
-def robot_account(recorded: int, predicted: int, frame_bytes: Sequence[int], status: AgentStatus, server: ServerStatus) -> RobotAccount:
+class Heard(NamedTuple):
+    """What the recorder heard of one robot."""
+
+    predicted: int  # live poses without a local map of their stamp
+    unplaced: int  # frames without a live pose
+    joined_ns: int | None  # stamp of the first live pose
+    frame_bytes: Sequence[int]  # what each frame cost on the bus
+
+
+def robot_account(recorded: int, heard: Heard, status: AgentStatus, server: ServerStatus) -> RobotAccount:
     """Return how a robot fared: as the recorder heard it, and from its own report and the map server's."""
     return RobotAccount(
         frames={"recorded": recorded, **status.frames},
         reasons=dict(status.reasons),
-        predicted=predicted,
+        predicted=heard.predicted,
+        unplaced=heard.unplaced,
+        joined_ns=heard.joined_ns,
         messages_lost=server.lost.get(status.robot, 0),
         bytes_sent=status.bytes_sent,
-        bytes_per_frame=FrameBytes(median=round(median(frame_bytes or [0])), max=max(frame_bytes, default=0)),
+        bytes_per_frame=FrameBytes(median=round(median(heard.frame_bytes or [0])), max=max(heard.frame_bytes, default=0)),
         stages=dict(status.stages),
         rig=status.rig,
     )

@@ -62,7 +62,10 @@ def _common(
         print(context.get_help())
 
 
-@app.command(epilog="Examples:\n\nommatidia replay RECORDING\n\nommatidia replay RECORDING --out runs/paper --method paper --rate max")
+@app.command(
+    epilog="Examples:\n\nommatidia replay RECORDING\n\nommatidia replay RECORDING --out runs/paper --method paper --rate max"
+    "\n\nommatidia replay RECORDING --unknown-starts others"
+)
 def replay(
     recording: RecordingFolder,
     out: OutFolder = None,
@@ -73,14 +76,18 @@ def replay(
     rate: Annotated[
         float, typer.Option(metavar="1.0|max", parser=_rate, help="1.0: at the recorded pace; max: as fast as it goes, no frame skipped.")
     ] = 1.0,
+    unknown_starts: Annotated[
+        Literal["none", "others", "all"],
+        typer.Option(help="Withhold where robots start: of all, or of all but the first; they have to find their places."),
+    ] = "none",
     overwrite: Overwrite = False,
 ) -> None:
     """Map a recording: real agents and a map server, over Zenoh, on this machine."""
     from rich.console import Console
 
-    from deploy.replay_command import replay_recording
+    from deploy.replay_command import Wishes, replay_recording
 
-    replay_recording(recording, out, method, rate, overwrite, Console())
+    replay_recording(recording, Wishes(out, method, rate, unknown_starts, overwrite), Console())
 
 
 @app.command(epilog="Examples:\n\nommatidia evaluate runs/first --truth RECORDING")

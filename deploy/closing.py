@@ -14,9 +14,6 @@ def finished_account(
 ) -> RunAccount:
     """Return the account, completed; `recorded` is how many frames each robot's camera took, `settings` those of each process."""
     server, reports = recorder.server_report(), recorder.agent_reports()
-    robots = {
-        name: robot_account(frames, recorder.predicted[name], recorder.frame_bytes(name), reports[name], server)
-        for name, frames in recorded.items()
-    }
+    robots = {name: robot_account(frames, recorder.heard(name), reports[name], server) for name, frames in recorded.items()}
     configuration = {name: table.model_dump(mode="json", exclude_none=True) for name, table in settings.items()}
     return account.model_copy(update={"finished": True, "configuration": configuration, "robots": robots, "server": server, "pace": pace})

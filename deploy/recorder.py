@@ -12,6 +12,7 @@ from types import TracebackType
 from typing import Self, TextIO, TypeVar
 
 from agent.debug import PICTURES
+from deploy.account import Heard
 from mapserver.export import write_geojson, write_grid
 from protocol import topics
 from protocol.bus import Bus
@@ -26,7 +27,10 @@ M = TypeVar("M", bound=Message)
 
 
 class Recorder:
-    """A client of the map server that fills a run's folder; it listens on the bus that it is given and starts no thread."""
+    """A client of the map server that fills a run's folder; it listens on the bus that it is given and starts no thread.
+
+    A robot's live path has no line for a frame at which nobody knew its place: such frames are counted.
+    """
 
     def __init__(self, swarm: Bus, out: Path, robots: Sequence[str]) -> None:
         self._swarm = swarm
@@ -39,6 +43,8 @@ class Recorder:
         self._paths: dict[str, TextIO] = {}
         self._files = ExitStack()
         self.predicted = dict.fromkeys(robots, 0)  # live poses without a local map of their stamp
+        self.unplaced = dict.fromkeys(robots, 0)  # frames for which a robot had no pose, as nobody knew its place
+        self.joined_ns: dict[str, int] = {}  # stamp of each robot's first pose
 
     def __enter__(self) -> Self:
         """Open a file for every robot's live path."""
@@ -97,9 +103,9 @@ class Recorder:
             raise LinkError(f"{', '.join(missing)} did not answer when asked for a report")
         return reports
 
-    def frame_bytes(self, robot: str) -> list[int]:
-        """Return what each frame of a robot has cost on the bus so far: its local map and its motion vectors, encoded [bytes]."""
-        return list(self._frame_bytes[robot].values())
+    def heard(self, robot: str) -> Heard:
+        """Return what was heard of a robot so far; a frame's bytes are its local map and its motion vectors, encoded."""
+        return Heard(self.predicted[robot], self.unplaced[robot], self.joined_ns.get(robot), list(self._frame_bytes[robot].values()))
 
     def _ask(self, query: topics.Query[M], what: str) -> M:
         answers = self._swarm.ask(query, ANSWER_TIMEOUT_S)
@@ -117,7 +123,10 @@ class Recorder:
         self._count_bytes()
         for poses in self._poses.take():
             if poses.stamp_ns == stamp_ns:
-                self._write_poses(stamp_ns, {pose.robot: pose for pose in poses.robots}, fired)
+                seekers = set(fired) & set(poses.seekers)
+                self._write_poses(stamp_ns, {pose.robot: pose for pose in poses.robots}, set(fired) - seekers)
+                for robot in seekers:
+                    self.unplaced[robot] += 1
                 return True
         return False
 
@@ -127,6 +136,7 @@ class Recorder:
         for robot in fired:
             self._paths[robot].write(tum_line(stamp_ns, poses[robot].arena_from_body))
             self.predicted[robot] += poses[robot].predicted
+            self.joined_ns.setdefault(robot, stamp_ns)
 
 
 def tum_line(stamp_ns: int, arena_from_body: PoseTuple) -> str:

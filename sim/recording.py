@@ -8,8 +8,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
 from typing import NamedTuple
@@ -92,6 +92,10 @@ class Recording:
         """The robots' names, in order of robots.yaml."""
         return tuple(robot.name for robot in self.robots)
 
+    def without_starts(self, robots: Collection[str]) -> Recording:
+        """Return the recording as if nobody knew where some robots start."""
+        return replace(self, robots=tuple(_without_start(robot) if robot.name in robots else robot for robot in self.robots))
+
     def steps(self) -> list[Step]:
         """Return the recording as its steps, in order of time."""
         return group_steps(self.robots)
@@ -109,6 +113,10 @@ def group_steps(robots: Sequence[RecordedRobot]) -> list[Step]:
         Step(stamp, pictures[stamp], {robot.name: robot.wheels.between(previous, stamp) for robot in by_name})
         for previous, stamp in pairwise([-1, *stamps])
     ]
+
+
+def _without_start(robot: RecordedRobot) -> RecordedRobot:
+    return replace(robot, rig=robot.rig.model_copy(update={"initial_pose": None}))
 
 
 def _read_robot(folder: Path, rig: RobotRig) -> RecordedRobot:

@@ -40,7 +40,7 @@ class RobotRig(BaseModel):
     wheel_radius_m: Positive
     encoder_ticks_per_rev: Annotated[int, Field(gt=0)]
     camera_height_m: Positive
-    initial_pose: PoseTuple  # arena_from_body [m, m, rad] at the first frame
+    initial_pose: PoseTuple | None = None  # arena_from_body [m, m, rad] at the first frame; None: nobody knows
     initial_pose_sigma: tuple[NotNegative, NotNegative, NotNegative]  # one sigma of initial_pose [m, m, rad]; 0: exact
 
 

@@ -3,8 +3,10 @@
 version         1; grows when a key changes its meaning
 label           how tables call the run
 run, recording  names of the two folders
+frame           arena; or "run, team aligned" where no robot was told its start: the truth is moved onto the live paths by one SE(2)
 paths           live, smoothed (null where the run has none), each
-    robots      by name: poses_matched, poses_expected, {x, y, distance}_{mean, max}_cm, heading_{mean, max}_deg, aligned_rmse_cm
+    robots      by name: poses_matched, poses_expected, {x, y, distance}_{mean, max}_cm, heading_{mean, max}_deg, aligned_rmse_cm,
+                joined_s (from the robot's first true pose to its first estimated one; frames before are not scored)
     mean        the same keys: means of the robots' means, the largest of their maxima, poses summed up
 distances       between found obstacles (null for fewer than two): pairs, {x, y}_{mean, max}_cm
 formation       null where nobody had a slot: {steady, avoiding}_{rms_cm, s}, worst_cm, restored_s (a list: once there was room),
@@ -44,6 +46,7 @@ def document(evaluation: Evaluation) -> Document:
         "label": evaluation.label,
         "run": evaluation.run.path.resolve().name,
         "recording": evaluation.truth.name,
+        "frame": "run, team aligned" if evaluation.is_aligned else "arena",
         "paths": {
             "live": _team(evaluation.live),
             "smoothed": _team(evaluation.smoothed) if evaluation.smoothed else None,
@@ -72,6 +75,7 @@ def _path(score: PathScore) -> Document:
         "heading_mean_deg": _deg(score.heading_rad.mean),
         "heading_max_deg": _deg(score.heading_rad.max),
         "aligned_rmse_cm": _cm(score.aligned_rmse_m),
+        "joined_s": _number(score.joined_s),
     }
 
 

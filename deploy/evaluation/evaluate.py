@@ -8,6 +8,7 @@ from pathlib import Path
 from deploy.evaluation.formation_metrics import FormationScore, read_slots, score_formation
 from deploy.evaluation.formation_room import Room
 from deploy.evaluation.map_metrics import DistanceErrors, MapScore, distance_errors, score_map
+from deploy.evaluation.own_frame import moved, run_from_arena
 from deploy.evaluation.path_metrics import MatchedPath, PathScore, match_path, mean_score, score_path
 from deploy.evaluation.rig_metrics import RigScore, score_rigs
 from deploy.evaluation.run_folder import RunFolder, read_run_folder
@@ -35,7 +36,8 @@ class Evaluation:
 
     label: str  # how tables and captions call the run
     run: RunFolder
-    truth: Truth
+    truth: Truth  # in the run's frame
+    is_aligned: bool  # no robot was told where it starts, so the truth was moved by one SE(2) onto the live paths of the team
     live: TeamPaths
     smoothed: TeamPaths | None
     map: MapScore
@@ -51,6 +53,9 @@ def evaluate(run_dir: Path, recording_dir: Path, label: str | None = None) -> Ev
     """
     truth = read_truth(recording_dir)
     run = read_run_folder(run_dir)
+    is_aligned = _has_own_frame(run_dir)
+    if is_aligned:
+        truth = moved(truth, run_from_arena(run.live, truth))
     live = _score_team(run.live, truth)
     if not live.mean.matched:
         raise RecordingError(f"{run_dir}: no pose has a stamp of {recording_dir}: this is a run on another recording")
@@ -59,6 +64,7 @@ def evaluate(run_dir: Path, recording_dir: Path, label: str | None = None) -> Ev
         label=label or _label(run),
         run=run,
         truth=truth,
+        is_aligned=is_aligned,
         live=live,
         smoothed=_score_team(run.smoothed, truth) if run.smoothed else None,
         map=map_score,
@@ -66,6 +72,12 @@ def evaluate(run_dir: Path, recording_dir: Path, label: str | None = None) -> Ev
         formation=_score_formation(run_dir, truth),
         rigs=score_rigs(run.rigs, recording_dir),
     )
+
+
+def _has_own_frame(run_dir: Path) -> bool:
+    """Tell whether no robot was told where it starts in the arena."""
+    file = run_dir / MAPSERVER_CONFIG
+    return file.exists() and all(robot.initial_pose is None for robot in load_config(file).robots)
 
 
 def _score_formation(run_dir: Path, truth: Truth) -> FormationScore | None:

@@ -33,6 +33,7 @@ class MatchedPath:
     estimate: NDArray[np.float64]  # (n, 3) [m, m, rad; arena]
     truth: NDArray[np.float64]  # (n, 3) [m, m, rad; arena]
     expected: int  # true poses, matched or not
+    start_ns: int  # stamp of the first of them
 
     @property
     def errors(self) -> NDArray[np.float64]:
@@ -53,6 +54,7 @@ class PathScore:
     distance_m: MeanMax
     heading_rad: MeanMax
     aligned_rmse_m: float
+    joined_s: float  # from the first true pose to the first estimated one: what a robot needed to find its place
 
 
 def match_path(estimate: Trajectory, truth: Trajectory) -> MatchedPath:
@@ -61,7 +63,7 @@ def match_path(estimate: Trajectory, truth: Trajectory) -> MatchedPath:
     same = np.zeros(len(truth), dtype=bool)
     if len(estimate):
         same = np.abs(estimate.stamps_ns[nearest] - truth.stamps_ns) <= SAME_STAMP_NS
-    return MatchedPath(truth.stamps_ns[same], estimate.poses[nearest[same]], truth.poses[same], len(truth))
+    return MatchedPath(truth.stamps_ns[same], estimate.poses[nearest[same]], truth.poses[same], len(truth), int(truth.stamps_ns[0]))
 
 
 def score_path(path: MatchedPath) -> PathScore:
@@ -75,6 +77,7 @@ def score_path(path: MatchedPath) -> PathScore:
         distance_m=_mean_max(np.hypot(x_m, y_m)),
         heading_rad=_mean_max(heading_rad),
         aligned_rmse_m=aligned_rmse_m(path),
+        joined_s=1e-9 * int(path.stamps_ns[0] - path.start_ns) if len(path.stamps_ns) else math.nan,
     )
 
 
@@ -89,6 +92,7 @@ def mean_score(scores: Iterable[PathScore]) -> PathScore:
         distance_m=_over_robots(robot.distance_m for robot in robots),
         heading_rad=_over_robots(robot.heading_rad for robot in robots),
         aligned_rmse_m=float(np.mean([robot.aligned_rmse_m for robot in robots])),
+        joined_s=float(np.max([robot.joined_s for robot in robots])),
     )
 
 

@@ -45,7 +45,8 @@ def dynamic_table(evaluation: Evaluation) -> Table:
     table.add_row("the paper", f"{paper.DYNAMIC_X_CM:.2f}", f"{paper.DYNAMIC_Y_CM:.2f}", f"{paper.DYNAMIC_DISTANCE_CM:.2f}")
     for system, distance_cm in paper.OTHER_SYSTEMS_CM.items():
         table.add_row(system, NOTHING, NOTHING, f"{distance_cm:.2f}", style="dim")
-    table.caption = "ours: mean over robots, arena frame, nothing aligned; the others as the paper states them, on their own data"
+    aligned = "no start was told, so the team is aligned by one rigid motion" if evaluation.is_aligned else "arena frame, nothing aligned"
+    table.caption = f"ours: mean over robots, {aligned}; the others as the paper states them, on their own data"
     return table
 
 
@@ -69,6 +70,8 @@ def robots_table(team: TeamPaths, title: str) -> Table:
     for robot, score in team.robots.items():
         table.add_row(robot, *_path_cells(score), end_section=robot == list(team.robots)[-1])
     table.add_row("all", *_path_cells(team.mean), style="bold")
+    late = [f"{robot} after {score.joined_s:.1f} s" for robot, score in team.robots.items() if score.joined_s > 0.0]
+    table.caption = f"scored once they had found their places: {', '.join(late)}" if late else None
     return table
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
-from deploy.account import RunAccount, robot_account, versions
+from deploy.account import Heard, RunAccount, robot_account, versions
 from protocol.messages import AgentStatus, ServerStatus, StageTimes
 
 SERVER = ServerStatus(received={"r1": 9}, lost={"r1": 1}, refused={}, bytes_received=0, stages={})
@@ -22,14 +22,15 @@ AGENT = AgentStatus(
 
 
 def test_a_robots_account_joins_what_agent_server_and_recorder_know() -> None:
-    account = robot_account(recorded=10, predicted=1, frame_bytes=[300, 900, 400], status=AGENT, server=SERVER)
+    account = robot_account(recorded=10, heard=Heard(1, 4, 800, [300, 900, 400]), status=AGENT, server=SERVER)
     assert account.frames == {"recorded": 10, "received": 10, "used": 8, "dropped": 2}
     assert (account.reasons, account.predicted, account.messages_lost) == ({"picture: missing": 2}, 1, 1)
+    assert (account.unplaced, account.joined_ns) == (4, 800)
     assert (account.bytes_sent, account.bytes_per_frame.median, account.bytes_per_frame.max) == (5000, 400, 900)
 
 
 def test_a_robot_that_was_never_heard_costs_nothing() -> None:
-    account = robot_account(recorded=10, predicted=10, frame_bytes=[], status=AGENT, server=SERVER)
+    account = robot_account(recorded=10, heard=Heard(10, 0, None, []), status=AGENT, server=SERVER)
     assert (account.bytes_per_frame.median, account.bytes_per_frame.max) == (0, 0)
 
 

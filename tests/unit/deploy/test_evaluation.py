@@ -11,10 +11,12 @@ from rich.console import Console
 
 from deploy.evaluation.document import document
 from deploy.evaluation.evaluate import evaluate
+from deploy.evaluation.own_frame import moved
 from deploy.evaluation.report import write_evaluation
 from deploy.evaluation.truth import read_truth
 from deploy.evaluation.tum import Trajectory
 from protocol.errors import RecordingError
+from protocol.geometry import Pose2
 from tests.unit.deploy.worlds import STEP_NS, VIEWS, perfect_run, write_perfect_run, write_tum
 
 
@@ -77,7 +79,7 @@ def test_the_document_has_the_keys_that_it_promises(tmp_path: Path) -> None:
     run, recording = perfect_run(tmp_path)
     report(run, recording)
     content = json.loads((run / "evaluation.json").read_text(encoding="utf-8"))
-    assert list(content) == ["version", "label", "run", "recording", "paths", "distances", "formation", "rigs", "map"]
+    assert list(content) == ["version", "label", "run", "recording", "frame", "paths", "distances", "formation", "rigs", "map"]
     assert content["formation"] is None
     assert content["paths"]["live"]["mean"]["distance_mean_cm"] == 0.0
     assert content["distances"]["pairs"] == 1
@@ -120,3 +122,28 @@ def test_a_picture_that_is_none_is_named(tmp_path: Path) -> None:
 def test_a_run_that_was_scored_before_is_scored_anew(tmp_path: Path) -> None:
     run, recording = perfect_run(tmp_path)
     assert report(run, recording) == report(run, recording)
+
+
+def test_a_run_whose_robots_were_told_no_start_is_scored_in_its_own_frame(tmp_path: Path) -> None:
+    run, recording = perfect_run(tmp_path)
+    run_from_arena = Pose2(0.7, -1.2, 2.5)
+    write_perfect_run(run, moved(read_truth(recording), run_from_arena))
+    (run / "config").mkdir()
+    (run / "config" / "mapserver.toml").write_text('robots = [{ name = "r1" }, { name = "r2" }]', encoding="utf-8")
+    evaluation = evaluate(run, recording)
+    assert evaluation.live.mean.distance_m.max == pytest.approx(0.0, abs=1e-6)
+    assert evaluation.live.mean.heading_rad.max == pytest.approx(0.0, abs=1e-6)
+    assert evaluation.map.iou.worst == pytest.approx(1.0, abs=1e-6)
+    assert document(evaluation)["frame"] == "run, team aligned"
+    assert "aligned by one rigid motion" in " ".join(report(run, recording).split())
+
+
+def test_a_robot_that_joined_late_is_scored_from_then_on_and_the_delay_is_told(tmp_path: Path) -> None:
+    run, recording = perfect_run(tmp_path)
+    path = read_truth(recording).trajectories["r2"]
+    write_tum(run / "trajectories" / "r2.tum", Trajectory(path.stamps_ns[2:], path.poses[2:]))
+    evaluation = evaluate(run, recording)
+    assert evaluation.live.robots["r2"].joined_s == pytest.approx(2e-9 * STEP_NS)
+    assert evaluation.live.mean.distance_m.max == pytest.approx(0.0, abs=1e-9)
+    assert evaluation.live.mean.matched == evaluation.live.mean.expected - 2
+    assert "found their places: r2 after" in report(run, recording)

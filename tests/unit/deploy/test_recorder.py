@@ -115,6 +115,19 @@ def test_a_robot_without_a_pose_is_named(server: Bus, recorder: Recorder) -> Non
         recorder.wait_for_poses(STAMP_NS, ["r1", "r2"], DEADLINE_S)
 
 
+def test_a_robot_that_looks_for_its_place_gets_no_line_until_it_has_found_it(server: Bus, recorder: Recorder, tmp_path: Path) -> None:
+    poses = server.publisher(topics.POSES)
+    poses.put(Poses(seq=0, stamp_ns=STAMP_NS, robots=(pose("r1", 1.0),), seekers=("r2",)))
+    recorder.wait_for_poses(STAMP_NS, ["r1", "r2"], DEADLINE_S)
+    poses.put(Poses(seq=1, stamp_ns=STAMP_NS + 1, robots=(pose("r1", 1.0), pose("r2", 2.0))))
+    recorder.wait_for_poses(STAMP_NS + 1, ["r1", "r2"], DEADLINE_S)
+    assert (tmp_path / "trajectories" / "r2.tum").read_text() == tum_line(STAMP_NS + 1, (2.0, 0.0, 0.0))
+    assert [(recorder.heard(robot).unplaced, recorder.heard(robot).joined_ns) for robot in ("r1", "r2")] == [
+        (0, STAMP_NS),
+        (1, STAMP_NS + 1),
+    ]
+
+
 def test_map_and_smoothed_paths_and_pictures_are_written(server: Bus, recorder: Recorder, tmp_path: Path) -> None:
     with Answers(server):
         recorder.write_results()
