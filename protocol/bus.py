@@ -22,6 +22,7 @@ from protocol.codec import decode, encode
 from protocol.errors import DecodeError, LinkError
 from protocol.fields import Message
 from protocol.inbox import Inbox, PendingQuery, Presence, QueryInbox, Refusals
+from protocol.loss import Loss
 from protocol.news import News
 from protocol.topics import MB, Query, Token, Topic
 
@@ -116,9 +117,9 @@ class Bus:
         )
         return Publisher(publisher, topic.limit_bytes, self._count_sent)
 
-    def inbox(self, topic: Topic[M], **names: str) -> Inbox[M]:
-        """Return an inbox for the topic from now on; names left out stand for all."""
-        inbox = Inbox(topic, self._refusals, self._news)
+    def inbox(self, topic: Topic[M], loss: Loss | None = None, **names: str) -> Inbox[M]:
+        """Return an inbox for the topic from now on, which drops what `loss` says; names left out stand for all."""
+        inbox = Inbox(topic, self._refusals, self._news, loss=loss)
 
         def store(sample: zenoh.Sample) -> None:
             inbox.store(str(sample.key_expr), sample.payload.to_bytes())

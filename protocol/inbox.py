@@ -18,9 +18,12 @@ from typing import Generic, NamedTuple, Protocol, TypeVar
 from protocol.codec import decode
 from protocol.errors import DecodeError, LinkError
 from protocol.fields import Message
+from protocol.loss import Loss
 from protocol.topics import MB, Token, Topic
 
 M = TypeVar("M", bound=Message)
+
+LOST_AS_ASKED = "lost as asked"
 
 ALIVE_PERIODS = 10  # a sender that misses so many of its periods is not alive
 
@@ -29,6 +32,7 @@ _log = logging.getLogger(__name__)
 _INBOX_BYTES = 64 * MB
 _ARRIVAL_BYTES = 256  # what one waiting message costs besides its data
 _QUERIES = 256
+_DROPPED = 4096  # messages
 _NAMED = 1000  # senders and reasons that the log names: keys come from the network, so their number has to end
 
 
@@ -78,8 +82,11 @@ class Arrived(NamedTuple, Generic[M]):
 class Inbox(Generic[M]):
     """The waiting messages of one topic, from one sender or from many."""
 
-    def __init__(self, topic: Topic[M], refusals: Refusals, news: Wake, clock_s: Callable[[], float] = time.monotonic) -> None:
-        self._topic, self._refusals, self._news, self._clock_s = topic, refusals, news, clock_s
+    def __init__(
+        self, topic: Topic[M], refusals: Refusals, news: Wake, clock_s: Callable[[], float] = time.monotonic, loss: Loss | None = None
+    ) -> None:
+        self._topic, self._refusals, self._news, self._clock_s, self._loss = topic, refusals, news, clock_s, loss
+        self._dropped: deque[_Arrival] = deque(maxlen=_DROPPED)
         self._lock = threading.Lock()
         self._waiting: OrderedDict[object, _Arrival] = OrderedDict()
         self._waiting_bytes = 0
@@ -91,6 +98,10 @@ class Inbox(Generic[M]):
     def store(self, key: str, data: bytes) -> None:
         """Keep one message for `take`; a full inbox loses its oldest."""
         arrival = _Arrival(key, data[: self._topic.limit_bytes + 1], self._clock_s())  # enough of an oversized one to be refused as such
+        if self._loss is not None and self._loss.drops(key):
+            self._dropped.append(arrival)
+            self._news.set()
+            return
         with self._lock:
             self._stored += 1
             slot = key if self._topic.delivery == "latest" else self._stored
@@ -117,6 +128,13 @@ class Inbox(Generic[M]):
         opened = ((self._open(arrival), arrival) for arrival in arrivals.values())
         return [Arrived(message, came.arrived_s, len(came.data)) for message, came in opened if message is not None]
 
+    def take_dropped(self) -> list[M]:
+        """Return what was dropped on purpose, for whoever keeps pace by it: its contents must not be used."""
+        arrivals = [self._dropped.popleft() for _ in range(len(self._dropped))]
+        if arrivals:
+            self._refusals.counts[LOST_AS_ASKED] += len(arrivals)
+        return [message for arrival in arrivals if (message := self._decoded(arrival)) is not None]
+
     @property
     def latest(self) -> M | None:
         """Return the newest message taken so far."""
@@ -134,13 +152,18 @@ class Inbox(Generic[M]):
 
     def _open(self, arrival: _Arrival) -> M | None:
         """Return the message, or None where it had to be refused."""
+        message = self._decoded(arrival)
+        if message is not None:
+            self._latest, self._latest_arrived_s = message, arrival.arrived_s
+        return message
+
+    def _decoded(self, arrival: _Arrival) -> M | None:
         try:
             message = decode(arrival.data, self._topic.message, self._topic.limit_bytes)
             self._check_names(message, arrival.key)
         except DecodeError as error:
             self._refusals.add(arrival.key, str(error))
             return None
-        self._latest, self._latest_arrived_s = message, arrival.arrived_s
         return message
 
     def _check_names(self, message: M, key: str) -> None:

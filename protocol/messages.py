@@ -310,6 +310,25 @@ class WheelReadings(Message):
         return self
 
 
+class SensorReadings(Message):
+    """What a robot without a camera was told since the last such message; everything read up to `until_ns` is now known."""
+
+    until_ns: StampNs
+    twist_stamps_ns: PackedStamps  # (n,) non-decreasing
+    twists: Annotated[InstanceOf[Packed], packed_as("f8", columns=2)]  # (n, 2) forward [m/s], turn [rad/s, counter-clockwise], from then on
+    sighting_stamps_ns: PackedStamps  # (m,) non-decreasing
+    sightings: Annotated[InstanceOf[Packed], packed_as("f8", columns=2)]  # (m, 2) range [m], bearing [rad; body at that stamp]
+    identities: tuple[Identity, ...]  # (m,) what each of them showed
+
+    @model_validator(mode="after")
+    def _one_value_a_stamp(self) -> Self:
+        check_same_rows(self.twist_stamps_ns, self.twists)
+        check_same_rows(self.sighting_stamps_ns, self.sightings)
+        if len(self.identities) != self.sightings.rows:
+            raise ValueError(f"{len(self.identities)} identities for {self.sightings.rows} sightings")
+        return self
+
+
 class WheelCommand(Message):
     """Wheel speeds for the world's motors, which hold them until the next command."""
 

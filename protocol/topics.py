@@ -22,6 +22,7 @@ from protocol.messages import (
     MapUpdate,
     MotionVectors,
     Poses,
+    SensorReadings,
     ServerStatus,
     Setpoints,
     StopState,
@@ -75,6 +76,7 @@ FORMATION       = Topic("server/formation",          FormationState,  10.0,   "q
 WORLD_TIME      = Topic("clock/time",                WorldTime,       5.0,    "queue",  64 * KB, when_full="wait")
 FRAME           = Topic("world/{robot}/frame",       Frame,           5.0,    "queue",  8 * MB, when_full="wait")
 WHEEL_READINGS  = Topic("world/{robot}/wheels",      WheelReadings,   5.0,    "queue",  1 * MB, when_full="wait")
+SENSOR_READINGS = Topic("world/{robot}/readings",    SensorReadings,  2.0,    "queue",  1 * MB, when_full="wait")
 WHEEL_COMMAND   = Topic("world/{robot}/drive",       WheelCommand,    10.0,   "queue",  1 * KB, priority="urgent")
 WORLD_TRUTH     = Topic("world/truth",               WorldTruth,      5.0,    "queue",  256 * KB)
 
@@ -91,4 +93,5 @@ AGENT_ALIVE     = Token("robot/{robot}/alive")
 SERVER_ALIVE    = Token("server/alive")
 CAMERA_READY    = Token("world/{robot}/camera_ready")
 WHEELS_READY    = Token("world/{robot}/wheels_ready")
+SENSORS_READY   = Token("world/{robot}/sensors_ready")
 # fmt: on

@@ -67,6 +67,11 @@ class Step:
     pictures: Mapping[str, Path]  # of the robots whose cameras fired, in order of name
     wheels: Mapping[str, WheelRows]  # of all robots
 
+    @property
+    def fired(self) -> tuple[str, ...]:
+        """The robots whose cameras fired, in order of name."""
+        return tuple(self.pictures)
+
 
 @dataclass(frozen=True)
 class Recording:

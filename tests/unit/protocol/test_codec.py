@@ -35,6 +35,7 @@ from protocol.messages import (
     Poses,
     Region,
     RobotPose,
+    SensorReadings,
     ServerStatus,
     Setpoint,
     Setpoints,
@@ -95,6 +96,14 @@ EXAMPLES: list[Message] = [
     WorldTime(stamp_ns=STAMP_NS, robots=("r1", "r2")),
     Frame(stamp_ns=STAMP_NS, encoding="jpeg", shape=(0, 0), data=b"\xff\xd8"),
     WheelReadings(until_ns=STAMP_NS, stamps_ns=Packed.of([STAMP_NS], "i8"), angles_rad=Packed.of([[0.1, 0.2]], "f8")),
+    SensorReadings(
+        until_ns=STAMP_NS,
+        twist_stamps_ns=Packed.of([STAMP_NS - 1, STAMP_NS], "i8"),
+        twists=Packed.of([[0.1, 0.2], [0.1, -0.2]], "f8"),
+        sighting_stamps_ns=Packed.of([STAMP_NS], "i8"),
+        sightings=Packed.of([[2.5, -0.3]], "f8"),
+        identities=(Identity(kind="landmark", name="6"),),
+    ),
     WheelCommand(left_rad_s=1.5, right_rad_s=-1.5, answers_ns=STAMP_NS),
     WorldTruth(stamp_ns=STAMP_NS, bodies=(BodyTruth(robot="r1", arena_from_body=(0.1, 0.2, 0.3), collisions=0),)),
     Setpoints(
