@@ -58,7 +58,8 @@ def _service(config: MapServerConfig, bus: Bus) -> MapService:
     batches: Batches = WorldBatches(names) if config.clock == "world" else WallBatches()
     server_time = ServerTime(config.clock, time.time_ns)
     broadcast = Broadcast(bus, epoch=time.time_ns() // 1_000_000)
-    return MapService(bus, names, MapPipeline(config.robots, clock), batches, Lead(_controller(config)), server_time, broadcast, clock)
+    pipeline = MapPipeline(config.robots, clock, config.graph.effort())
+    return MapService(bus, names, pipeline, batches, Lead(_controller(config)), server_time, broadcast, clock, loss=config.loss.loss())
 
 
 def _controller(config: MapServerConfig) -> FormationController | None:

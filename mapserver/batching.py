@@ -35,6 +35,10 @@ class Batches(Protocol):
         """Let a local map wait."""
         ...
 
+    def forgo(self, robot: str, stamp_ns: int) -> None:
+        """Take note that a robot's local map of a stamp was lost on its way."""
+        ...
+
     def take(self, present: frozenset[str], now_s: float) -> Batch | None:
         """Return the next batch if it is due, given who is present on the bus."""
         ...
@@ -48,6 +52,7 @@ class WorldBatches:
         self._robots = frozenset(robots)
         self._stamps: deque[WorldTime] = deque()
         self._waiting: list[LocalMap] = []
+        self._lost_ns: dict[str, int] = {}  # the newest stamp whose local map was lost, by robot
         self._came: frozenset[str] = frozenset()
         self._left: frozenset[str] = frozenset()  # went, and have not delivered since
         self._silent_since_s: dict[str, float] = {}
@@ -62,6 +67,10 @@ class WorldBatches:
         self._left -= {local_map.robot}
         self._waiting.append(local_map)
 
+    def forgo(self, robot: str, stamp_ns: int) -> None:
+        """Wait no longer for a robot's local map of a stamp."""
+        self._lost_ns[robot] = max(stamp_ns, self._lost_ns.get(robot, stamp_ns))
+
     def take(self, present: frozenset[str], now_s: float) -> Batch | None:
         """Return the oldest stamp's batch once every robot that it names has delivered, is gone, or has been silent for 5 s.
 
@@ -73,7 +82,8 @@ class WorldBatches:
             return None
         stamp_ns, named = self._stamps[0].stamp_ns, self._stamps[0].robots
         delivered = {local_map.robot for local_map in self._waiting if local_map.stamp_ns >= stamp_ns}
-        missing = sorted(self._robots.intersection(named) - delivered)
+        lost = {robot for robot, lost_ns in self._lost_ns.items() if lost_ns >= stamp_ns}
+        missing = sorted(self._robots.intersection(named) - delivered - lost)
         given_up = [robot for robot in missing if self._is_given_up(robot, present, now_s)]
         if given_up != missing:
             return None
@@ -104,6 +114,9 @@ class WallBatches:
 
     def announce(self, world_time: WorldTime) -> None:
         """Ignore it: on the wall clock nobody announces stamps."""
+
+    def forgo(self, robot: str, stamp_ns: int) -> None:
+        """Ignore it: on the wall clock nobody is waited for by name."""
 
     def offer(self, local_map: LocalMap, now_s: float) -> None:
         """Keep a local map for the reorder window."""

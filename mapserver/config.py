@@ -13,10 +13,11 @@ from mapserver.formation.falling_in import Spacing
 from mapserver.formation.floor import Bounds
 from mapserver.formation.shapes import Kind, Shape, closest_pair_m, follower_offsets
 from mapserver.formation.task import Task
-from mapserver.mapping.pose_graph import Start
+from mapserver.mapping.pose_graph import Effort, Start
 from protocol.errors import GeometryError
 from protocol.fields import Name
 from protocol.geometry import Pose2
+from protocol.loss import Loss
 from protocol.settings import Settings, check_names_differ, load_toml
 
 MAX_ROBOTS = 64  # a local map has room for as many sightings
@@ -36,6 +37,29 @@ class RobotSettings(Settings):
     def start(self) -> Start | None:
         """Return where the robot begins, None where nobody knows."""
         return None if self.initial_pose is None else Start(Pose2(*self.initial_pose), self.initial_pose_sigma)
+
+
+class GraphSettings(Settings):
+    """How closely the pose graph is solved; the defaults suit sightings to a millimetre."""
+
+    relinearise_above: Annotated[float, Field(gt=0.0, le=1.0, allow_inf_nan=False)] = 1e-3  # [m or rad]
+    relinearise_every: Annotated[int, Field(ge=1, le=1000)] = 1  # steps
+    extra_iterations: Annotated[int, Field(ge=0, le=100)] = 2  # a step
+
+    def effort(self) -> Effort:
+        """Return the same, as the graph takes it."""
+        return Effort(**self.model_dump())
+
+
+class LossSettings(Settings):
+    """Local maps that are dropped on arrival, to show what a bad link does."""
+
+    share: Annotated[float, Field(ge=0.0, lt=1.0, allow_inf_nan=False)] = 0.0
+    seed: Annotated[int, Field(ge=0)] = 0
+
+    def loss(self) -> Loss | None:
+        """Return what drops them, None where nothing is to be lost."""
+        return Loss(self.share, self.seed) if self.share > 0.0 else None
 
 
 class FormationSettings(Settings):
@@ -75,6 +99,8 @@ class MapServerConfig(Settings):
     clock: Literal["wall", "world"] = "wall"  # world: steps wait for the stamps that a replayed or simulated world announces
     robots: Annotated[tuple[RobotSettings, ...], Field(min_length=1, max_length=MAX_ROBOTS)]
     formation: FormationSettings = FormationSettings()
+    graph: GraphSettings = GraphSettings()
+    loss: LossSettings = LossSettings()
 
     @model_validator(mode="after")
     def _names_differ(self) -> Self:

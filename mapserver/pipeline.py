@@ -8,15 +8,15 @@ from typing import NamedTuple
 from mapserver.batching import Batch
 from mapserver.config import RobotSettings, starts_of
 from mapserver.formation.floor import Floor
-from mapserver.mapping.association import associate
 from mapserver.mapping.belief import Belief
 from mapserver.mapping.bodies import Body
 from mapserver.mapping.grid import CELL_M
 from mapserver.mapping.joining import Seekers
 from mapserver.mapping.movers import MoverWatch
 from mapserver.mapping.overlay import Overlay
-from mapserver.mapping.pose_graph import PoseGraph
+from mapserver.mapping.pose_graph import Effort, PoseGraph
 from mapserver.mapping.things import ThingTracker
+from mapserver.mapping.ties import Ties, without_names
 from protocol.fields import Packed, covariance_tuple, pose_tuple
 from protocol.geometry import Array, Pose2
 from protocol.messages import LocalMap, MapObject, MapTile, MapUpdate, Poses, RobotPose, Trajectories, Trajectory
@@ -41,11 +41,12 @@ class _PlacedView(NamedTuple):
 class MapPipeline:
     """Holds pose graph, grid and things; `step` batches in the order of their stamps."""
 
-    def __init__(self, robots: Sequence[RobotSettings], clock: StageClock) -> None:
+    def __init__(self, robots: Sequence[RobotSettings], clock: StageClock, effort: Effort | None = None) -> None:
         """Begin with every robot at its start and nothing known of the floor."""
         self._radii_m = {robot.name: robot.body_radius_m for robot in robots}
         self._robots = sorted(self._radii_m)
-        self._graph = PoseGraph(starts_of(robots))
+        self._graph = PoseGraph(starts_of(robots), effort)
+        self._ties = Ties(self._graph, self._robots)
         self._seekers = Seekers()
         self._overlay = Overlay()
         self._things = ThingTracker(self._overlay)
@@ -59,7 +60,7 @@ class MapPipeline:
         """Merge a batch and return poses and map as of its stamp, from nothing captured later."""
         with self._clock.stage("associate"):
             self._extend_paths(batch.local_maps)
-            self._tie_sightings(batch.local_maps)
+            self._ties.tie(batch.local_maps)
             self._let_join(batch)
         with self._clock.stage("graph"):
             self._graph.update()
@@ -100,18 +101,9 @@ class MapPipeline:
         for local_map in local_maps:
             self._graph.add(local_map)
 
-    def _tie_sightings(self, local_maps: Sequence[LocalMap]) -> None:
-        for local_map in local_maps:
-            beliefs = self._graph.beliefs(local_map.stamp_ns)
-            observer = beliefs.pop(local_map.robot, None)
-            if observer is None:
-                continue
-            for match in associate(local_map.sightings, observer, beliefs):
-                self._graph.see(local_map, match.robot, match.sighting)
-
     def _let_join(self, batch: Batch) -> None:
-        """Enter robots that have found their place."""
-        self._seekers.note(batch.local_maps, self._graph)
+        """Enter robots that have found their place by what nobody named; Ties enters those that need no more than names."""
+        self._seekers.note([without_names(local_map) for local_map in batch.local_maps], self._graph)
         while (join := self._seekers.joins(batch.stamp_ns, self._graph, self._overlay.cells)) is not None:
             self._graph.place(join.robot, join.stamp_ns, join.found)
             for tie in join.ties:
@@ -119,8 +111,8 @@ class MapPipeline:
             self._graph.update()
 
     def _views(self, batch: Batch) -> list[_PlacedView]:
-        """Return the local maps of robots that know where they are."""
-        return [self._placed(local_map) for local_map in batch.local_maps if self._knows_its_place(local_map.robot)]
+        """Return the local maps that show something, of robots that know where they are."""
+        return [self._placed(each) for each in batch.local_maps if self._knows_its_place(each.robot) and _shows_anything(each)]
 
     def _knows_its_place(self, robot: str) -> bool:
         return self._graph.has_place(robot) and not self._graph.is_searching(robot)
@@ -147,6 +139,10 @@ class MapPipeline:
     def _trajectory(self, robot: str) -> Trajectory:
         stamps_ns, poses = self._graph.trajectory(robot)
         return Trajectory(robot=robot, stamps_ns=Packed.of(stamps_ns, "i8"), arena_from_body=Packed.of(poses, "f8"))
+
+
+def _shows_anything(local_map: LocalMap) -> bool:
+    return local_map.floor_range_m > 0.0 or bool(local_map.regions)
 
 
 def _robot_pose(robot: str, belief: Belief) -> RobotPose:

@@ -15,6 +15,7 @@ from mapserver.pipeline import MapPipeline, Merged
 from mapserver.servertime import ServerTime
 from mapserver.stopping import StopLatch
 from protocol.bus import Bus
+from protocol.loss import Loss
 from protocol.messages import Poses, ServerStatus
 from protocol.stage_clock import StageClock
 from protocol.topics import (
@@ -51,8 +52,9 @@ class MapService:
         broadcast: Broadcast,
         clock: StageClock,
         clock_s: Callable[[], float] = time.monotonic,
+        loss: Loss | None = None,
     ) -> None:
-        """Open all topics on `bus`; only local maps of `robots` are taken."""
+        """Open all topics on `bus`; only local maps of `robots` are taken, without those that `loss` drops."""
         self._bus, self._pipeline, self._batches = bus, pipeline, batches
         self._lead, self._time, self._broadcast = lead, server_time, broadcast
         self._stop = StopLatch()
@@ -62,7 +64,7 @@ class MapService:
         self._missing: frozenset[str] = frozenset()
         self._seekers: frozenset[str] = frozenset()
         self._present = bus.presence(AGENT_ALIVE)
-        self._local_maps = bus.inbox(LOCAL_MAP)
+        self._local_maps = bus.inbox(LOCAL_MAP, loss)
         self._world_times = bus.inbox(WORLD_TIME)
         self._poses = bus.publisher(POSES)
         self._map = bus.publisher(MAP_UPDATE)
@@ -105,6 +107,8 @@ class MapService:
             self._bytes_received += length_bytes
             if self._intake.accept(local_map):
                 self._batches.offer(local_map, now_s)
+        for lost in self._local_maps.take_dropped():
+            self._batches.forgo(lost.robot, lost.stamp_ns)
         for world_time in self._world_times.take():
             self._batches.announce(world_time)
         return self._batches.take(present, now_s)

@@ -1,7 +1,8 @@
 """The swarm's pose graph: every robot's path in the arena by iSAM2, from odometry and from robots seeing each other.
 
-Variables are Pose2, one for each robot and local map. Kaess et al., "iSAM2: Incremental smoothing and mapping using the
-Bayes tree", IJRR 2012. All state is causal: a belief rests on nothing but the local maps added so far.
+Variables are Pose2, one for each robot and local map, and Point2, one for each landmark that somebody sees and names.
+Kaess et al., "iSAM2: Incremental smoothing and mapping using the Bayes tree", IJRR 2012.
+All state is causal: a belief rests on nothing but the local maps added so far.
 
 A robot of which nobody knows where it is has no place: its path is kept as a chain of its own (odometry.py) until it is placed.
 """
@@ -17,6 +18,7 @@ import gtsam
 import numpy as np
 from numpy.typing import NDArray
 
+from mapserver.mapping.association import sighted_point
 from mapserver.mapping.belief import Belief, Twist, extrapolate
 from mapserver.mapping.covariance import made_definite
 from mapserver.mapping.odometry import LEAST_MOTION_VARIANCE, STANDING, Chain, interpolated, motion
@@ -31,9 +33,17 @@ SEARCH_NS = 5_000_000_000  # nobody is searched for longer: where nobody sees it
 MOST_GAP_S = 0.3  # between two poses on a path that goes on
 MAX_STAMP_GAP_S = 0.06  # between a sighting and the nearest pose of the robot that it shows
 CAUCHY_SCALE = 2.0  # whitened residual at which a sighting loses half its weight
-RELINEARISE_ABOVE = 1e-3  # [m or rad]: a tenth of a millimetre at the map's far end needs fresh Jacobians
-EXTRA_ITERATIONS = 2  # the robust weights settle within a few Gauss-Newton steps
 _KEYS_PER_ROBOT_BITS = 40
+_FIRST_LANDMARK_KEY = 1 << 62  # beyond all robots'
+
+
+@dataclass(frozen=True)
+class Effort:
+    """How closely the graph is solved: what its sensors can tell is worth no more."""
+
+    relinearise_above: float = 1e-3  # [m or rad]: a tenth of a millimetre at the map's far end needs fresh Jacobians
+    relinearise_every: int = 1  # solutions
+    extra_iterations: int = 2  # the robust weights settle within a few Gauss-Newton steps
 
 
 @dataclass(frozen=True)
@@ -93,15 +103,17 @@ class _Node(NamedTuple):
 class PoseGraph:
     """Holds all robots' paths. `add` local maps, `see` and `place` robots, then `update`; read beliefs and trajectories at any time."""
 
-    def __init__(self, starts: Mapping[str, Start | None]) -> None:
+    def __init__(self, starts: Mapping[str, Start | None], effort: Effort | None = None) -> None:
         """Begin with every robot at its start, or without a place where that is None; robots are numbered in the order of their names."""
+        self._effort = effort or Effort()
         parameters = gtsam.ISAM2Params()
-        parameters.setRelinearizeThreshold(RELINEARISE_ABOVE)
-        parameters.relinearizeSkip = 1
+        parameters.setRelinearizeThreshold(self._effort.relinearise_above)
+        parameters.relinearizeSkip = self._effort.relinearise_every
         self._isam = gtsam.ISAM2(parameters)
         self._factors = gtsam.NonlinearFactorGraph()
         self._values = gtsam.Values()
         self._ledger = SightingLedger()
+        self._landmarks: dict[str, int] = {}  # keys, by name
         self._indices = {robot: index for index, robot in enumerate(sorted(starts))}
         self._tracks = {robot: _Track(index, start.belief()) for robot, index in self._indices.items() if (start := starts[robot])}
         self._chains = {robot: Chain() for robot in self._indices if robot not in self._tracks}  # of those without a place
@@ -129,8 +141,26 @@ class PoseGraph:
         if covariance is None:
             return
         covariance = covariance + _motion_within(seen.gap_s, self._tracks[target].twist, sighting.range_m)
-        bearing, noise = gtsam.Rot2(sighting.bearing_rad), _robust(covariance[::-1, ::-1])  # GTSAM's order is (bearing, range)
+        bearing, noise = gtsam.Rot2(sighting.bearing_rad), _robust(covariance)
         self._factors.add(gtsam.BearingRangeFactorPose2(observer.key, seen.key, bearing, sighting.range_m, noise))
+
+    def see_landmark(self, local_map: LocalMap, sighting: Sighting) -> None:
+        """Tie an added local map's pose to the landmark that the sighting names; the first to see it tells where it is."""
+        name = sighting.identity.name
+        observer = self._node(local_map.robot, local_map.stamp_ns)
+        if observer is None or observer.gap_s > 0.0:
+            return
+        pose = self._pose(observer.key)
+        if name not in self._landmarks:
+            self._landmarks[name] = _FIRST_LANDMARK_KEY + len(self._landmarks)
+            self._values.insert(self._landmarks[name], pose.apply(sighted_point(sighting)))
+        key, place = self._landmarks[name], self._landmark_place(name)
+        covariance = self._ledger.covariance(
+            (local_map.robot, f"landmark {name}"), pose, Pose2(float(place[0]), float(place[1]), 0.0), sighting
+        )
+        if covariance is not None:
+            bearing, noise = gtsam.Rot2(sighting.bearing_rad), _robust(covariance)
+            self._factors.add(gtsam.BearingRangeFactor2D(observer.key, key, bearing, sighting.range_m, noise))
 
     def place(self, robot: str, stamp_ns: int, found: Belief) -> None:
         """Enter a robot without a place, and its path so far, where it is `found` to be at the stamp of one of its added local maps.
@@ -156,7 +186,7 @@ class PoseGraph:
     def update(self) -> dict[str, Belief]:
         """Solve with all that was added since the last call and return where each placed robot is at its own newest stamp."""
         self._isam.update(self._factors, self._values)
-        for _ in range(EXTRA_ITERATIONS):
+        for _ in range(self._effort.extra_iterations):
             self._isam.update()
         self._factors = gtsam.NonlinearFactorGraph()
         self._values = gtsam.Values()
@@ -203,6 +233,15 @@ class PoseGraph:
         """Tell whether the robot has a place and has sent a local map yet."""
         return self.has_place(robot) and bool(self._tracks[robot].stamps_ns)
 
+    def pose_at(self, robot: str, stamp_ns: int) -> Pose2 | None:
+        """Return a placed robot's pose of exactly this stamp, if it has one."""
+        node = self._node(robot, stamp_ns) if robot in self._indices else None
+        return None if node is None or node.gap_s > 0.0 else self._pose(node.key)
+
+    def landmark(self, name: str) -> Array | None:
+        """Return where a landmark that was seen is, shape (2,) [m; arena]."""
+        return self._landmark_place(name) if name in self._landmarks else None
+
     def is_searching(self, robot: str) -> bool:
         """Tell whether the robot's agent began anew, and others have yet to tell where that was."""
         return self.has_place(robot) and self._tracks[robot].restarted_ns is not None
@@ -246,6 +285,10 @@ class PoseGraph:
     def _pose(self, key: int) -> Pose2:
         return _from_gtsam(self._values.atPose2(key) if self._values.exists(key) else self._isam.calculateEstimatePose2(key))
 
+    def _landmark_place(self, name: str) -> Array:
+        key = self._landmarks[name]
+        return np.asarray(self._values.atPoint2(key) if self._values.exists(key) else self._isam.calculateEstimatePoint2(key))
+
     def _solved(self, key: int) -> Belief:
         return Belief(_from_gtsam(self._isam.calculateEstimatePose2(key)), self._isam.marginalCovariance(key))
 
@@ -260,8 +303,9 @@ def _motion_within(gap_s: float, twist: Twist | None, range_m: float) -> Array:
 
 
 def _robust(covariance: Array) -> gtsam.noiseModel.Robust:
+    """Return the noise of a sighting with this covariance of (range, bearing), shape (2, 2); GTSAM's order is (bearing, range)."""
     loss = gtsam.noiseModel.mEstimator.Cauchy.Create(CAUCHY_SCALE)
-    return gtsam.noiseModel.Robust.Create(loss, gtsam.noiseModel.Gaussian.Covariance(covariance))
+    return gtsam.noiseModel.Robust.Create(loss, gtsam.noiseModel.Gaussian.Covariance(covariance[::-1, ::-1]))
 
 
 def _to_gtsam(pose: Pose2) -> gtsam.Pose2:

@@ -129,3 +129,17 @@ def test_on_the_wall_clock_what_lies_far_apart_is_merged_one_after_the_other() -
     assert told(batches.take(ALL, 2.0)) == [("r1", 1000)]
     assert told(batches.take(ALL, 2.0)) == [("r1", 1200)]
     assert batches.take(ALL, 2.0) is None
+
+
+def test_a_local_map_that_was_lost_on_its_way_is_not_waited_for() -> None:
+    batches = WorldBatches(["r1", "r2"])
+    batches.announce(WorldTime(stamp_ns=STEP_NS, robots=("r1", "r2")))
+    batches.offer(local_map("r1", 0), 0.0)
+    assert batches.take(frozenset({"r1", "r2"}), 0.0) is None
+    batches.forgo("r2", STEP_NS)
+    batch = batches.take(frozenset({"r1", "r2"}), 0.0)
+    assert batch is not None
+    assert ([each.robot for each in batch.local_maps], batch.missing) == (["r1"], ())
+    batches.announce(WorldTime(stamp_ns=2 * STEP_NS, robots=("r1", "r2")))
+    batches.offer(local_map("r1", 1), 0.1)
+    assert batches.take(frozenset({"r1", "r2"}), 0.1) is None
