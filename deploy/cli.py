@@ -64,6 +64,7 @@ def _common(
 
 @app.command(
     epilog="Examples:\n\nommatidia replay RECORDING\n\nommatidia replay RECORDING --out runs/paper --method paper --rate max"
+    "\n\nommatidia replay --format mrclam DIR --rate max --loss 0.2 --seed 1"
     "\n\nommatidia replay RECORDING --unknown-starts others"
 )
 def replay(
@@ -76,6 +77,14 @@ def replay(
     rate: Annotated[
         float, typer.Option(metavar="1.0|max", parser=_rate, help="1.0: at the recorded pace; max: as fast as it goes, no frame skipped.")
     ] = 1.0,
+    form: Annotated[
+        Literal["recording", "mrclam"],
+        typer.Option("--format", help="recording: cameras and wheels; mrclam: a folder of the UTIAS multi-robot data set."),
+    ] = "recording",
+    loss: Annotated[
+        float, typer.Option(min=0.0, max=0.95, metavar="P", help="Probability with which a local map, or poses, are lost on their way.")
+    ] = 0.0,
+    seed: Annotated[int, typer.Option(min=0, metavar="N", help="Of the losses: the same ones with the same seed.")] = 0,
     unknown_starts: Annotated[
         Literal["none", "others", "all"],
         typer.Option(help="Withhold where robots start: of all, or of all but the first; they have to find their places."),
@@ -86,8 +95,10 @@ def replay(
     from rich.console import Console
 
     from deploy.replay_command import Wishes, replay_recording
+    from mapserver.config import LossSettings
 
-    replay_recording(recording, Wishes(out, method, rate, unknown_starts, overwrite), Console())
+    losses = LossSettings(share=loss, seed=seed)
+    replay_recording(Wishes(recording, form, out, method, rate, unknown_starts, losses, overwrite), Console())
 
 
 @app.command(epilog="Examples:\n\nommatidia evaluate runs/first --truth RECORDING")

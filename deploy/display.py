@@ -9,13 +9,13 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, ProgressColumn, Task, TextColumn, TimeRemainingColumn
 from rich.text import Text
 
-from sim.recording import Recording, Step
+from deploy.sources import Source, Step
 
 
 class ReplayBar:
     """A progress bar that counts steps; where nobody looks (no terminal) it prints nothing."""
 
-    def __init__(self, recording: Recording, label: str, console: Console) -> None:
+    def __init__(self, recording: Source, label: str, console: Console) -> None:
         self._progress = Progress(
             TextColumn("{task.description}"),
             BarColumn(),
@@ -42,7 +42,7 @@ class ReplayBar:
 
     def show(self, step: Step, lag_s: float) -> None:
         """Tell that a step is done, and how far behind recorded time it was released."""
-        self._frames += len(step.pictures)
+        self._frames += len(step.fired)
         self._progress.update(self._task, advance=1, lag_s=lag_s, frames=self._frames)
 
 

@@ -13,15 +13,19 @@ from typing import Self, TextIO, TypeVar
 
 from agent.debug import PICTURES
 from deploy.account import Heard
+from deploy.carried_poses import CarriedPoses
 from mapserver.export import write_geojson, write_grid
 from protocol import topics
 from protocol.bus import Bus
 from protocol.errors import LinkError
 from protocol.fields import Message, PoseTuple
 from protocol.inbox import Arrived
+from protocol.loss import Loss
 from protocol.messages import AgentStatus, LocalMap, MotionVectors, RobotPose, ServerStatus, Trajectory
 
 ANSWER_TIMEOUT_S = 30.0  # the smoothed paths are computed when they are asked for
+
+ROBOTS_PATIENCE_S = 1.0  # a robot whose local map does not come meanwhile has gone
 
 M = TypeVar("M", bound=Message)
 
@@ -32,11 +36,13 @@ class Recorder:
     A robot's live path has no line for a frame at which nobody knew its place: such frames are counted.
     """
 
-    def __init__(self, swarm: Bus, out: Path, robots: Sequence[str]) -> None:
+    def __init__(self, swarm: Bus, out: Path, robots: Sequence[str], loss: Loss | None = None) -> None:
+        """`loss` drops poses as they arrive: a robot then carries on its last one by its own odometry, and so does its live path."""
         self._swarm = swarm
         self._out = out
         self._robots = robots
-        self._poses = swarm.inbox(topics.POSES)
+        self._poses = swarm.inbox(topics.POSES, loss)
+        self._carried, self._is_lossy = CarriedPoses(), loss is not None
         self._maps = swarm.inbox(topics.LOCAL_MAP)
         self._vectors = swarm.inbox(topics.MOTION_VECTORS)
         self._frame_bytes: defaultdict[str, Counter[int]] = defaultdict(Counter)  # by robot and stamp
@@ -59,8 +65,9 @@ class Recorder:
         self._files.close()
 
     def wait_for_poses(self, stamp_ns: int, fired: Collection[str], timeout_s: float) -> None:
-        """Write the live poses of this stamp, for the robots whose cameras fired; LinkError where they do not come in time."""
+        """Write the live poses of this stamp, for the robots that fired and have a place; LinkError where they do not come in time."""
         deadline_s = time.monotonic() + timeout_s
+        self._hear_robots(stamp_ns, fired)
         while not self._write_poses_of(stamp_ns, fired):
             left_s = deadline_s - time.monotonic()
             if left_s <= 0.0:
@@ -114,20 +121,34 @@ class Recorder:
         return answers[0]
 
     def _count_bytes(self) -> None:
-        arrived: list[Arrived[LocalMap] | Arrived[MotionVectors]] = [*self._maps.take_arrived(), *self._vectors.take_arrived()]
+        maps = self._maps.take_arrived()
+        self._carried.hear(each.message for each in maps)
+        arrived: list[Arrived[LocalMap] | Arrived[MotionVectors]] = [*maps, *self._vectors.take_arrived()]
         for message, _, length_bytes in arrived:
             self._frame_bytes[message.robot][message.stamp_ns] += length_bytes
+
+    def _hear_robots(self, stamp_ns: int, fired: Collection[str]) -> None:
+        """Where poses may be lost, hear first what carries them on: a local map may come here later than the poses that rest on it."""
+        until_s = time.monotonic() + ROBOTS_PATIENCE_S
+        self._count_bytes()
+        while self._is_lossy and not self._carried.has_heard(fired, stamp_ns) and time.monotonic() < until_s:
+            self._swarm.wait(ROBOTS_PATIENCE_S)
+            self._count_bytes()
 
     def _write_poses_of(self, stamp_ns: int, fired: Collection[str]) -> bool:
         """Take what has arrived; return whether the poses of this stamp were among it."""
         self._count_bytes()
         for poses in self._poses.take():
+            self._carried.tell(poses)
             if poses.stamp_ns == stamp_ns:
                 seekers = set(fired) & set(poses.seekers)
                 self._write_poses(stamp_ns, {pose.robot: pose for pose in poses.robots}, set(fired) - seekers)
                 for robot in seekers:
                     self.unplaced[robot] += 1
                 return True
+        if any(poses.stamp_ns == stamp_ns for poses in self._poses.take_dropped()):
+            self._write_carried_poses(stamp_ns, fired)
+            return True
         return False
 
     def _write_poses(self, stamp_ns: int, poses: dict[str, RobotPose], fired: Collection[str]) -> None:
@@ -137,6 +158,16 @@ class Recorder:
             self._paths[robot].write(tum_line(stamp_ns, poses[robot].arena_from_body))
             self.predicted[robot] += poses[robot].predicted
             self.joined_ns.setdefault(robot, stamp_ns)
+
+    def _write_carried_poses(self, stamp_ns: int, fired: Collection[str]) -> None:
+        """Write where the robots believe to be that the poses of a stamp have not reached."""
+        for robot in fired:
+            pose = self._carried.at(robot, stamp_ns)
+            if pose is None:
+                self.unplaced[robot] += 1
+                continue
+            self._paths[robot].write(tum_line(stamp_ns, pose))
+            self.predicted[robot] += 1
 
 
 def tum_line(stamp_ns: int, arena_from_body: PoseTuple) -> str:

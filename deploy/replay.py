@@ -13,21 +13,20 @@ from functools import partial
 from pathlib import Path
 from typing import Protocol
 
-from agent.pipeline import Method
 from deploy.account import PaceAccount, RunAccount, versions
 from deploy.closing import finished_account
 from deploy.launch import Processes
 from deploy.recorder import Recorder
-from deploy.settings_files import SITE, check_robots
+from deploy.sources import Playing, Source, Step
 from deploy.stopwatch import Stopwatch
 from deploy.swarm import START_TIMEOUT_S, Swarm, running_swarm
+from mapserver.config import LossSettings
 from protocol import topics
 from protocol.messages import WorldTime
 from sim.pace import Pace
-from sim.player import Player
-from sim.recording import Recording, Step
 
 STEP_TIMEOUT_S = 60.0
+NOTHING_LOST = LossSettings()
 
 
 class Display(Protocol):
@@ -41,28 +40,28 @@ class Display(Protocol):
 class Plan:
     """What to replay, and how."""
 
-    recording: Recording
+    source: Source
     folder: Path  # empty; the run is left here
-    method: Method
     rate: float  # world time over real time; math.inf: as fast as it goes
+    loss: LossSettings = NOTHING_LOST  # of local maps on their way to the map server, and of poses on their way back
 
 
 def replay(plan: Plan, display: Display) -> RunAccount:
     """Replay a recording and leave the run in its folder; raises OmmatidiaError where that cannot go on. All processes end with it."""
     account = new_account(plan)
     account.write(plan.folder)
-    check_robots(plan.recording)
+    plan.source.check()
+    server = plan.source.server().model_copy(update={"loss": plan.loss})
     with (
-        Player.open(plan.recording, SITE) as player,
+        plan.source.open_player() as player,
         Processes(plan.folder / "logs") as processes,
-        running_swarm(plan.recording, plan.method, plan.folder, processes, player.endpoint) as swarm,
-        Recorder(swarm.link, plan.folder, plan.recording.names) as recorder,
+        running_swarm(server, plan.source.crew(player.endpoint), plan.folder, processes) as swarm,
+        Recorder(swarm.link, plan.folder, plan.source.names, plan.loss.loss()) as recorder,
     ):
         processes.wait_for(player.wait_until_ready, START_TIMEOUT_S)
         pace = play(plan, Stage(player, swarm, processes), recorder, display)
         recorder.write_results()
-        recorded = {robot.name: len(robot.camera) for robot in plan.recording.robots}
-        account = finished_account(account, recorded, swarm.settings, recorder, pace)
+        account = finished_account(account, plan.source.frames(), swarm.settings, recorder, pace)
     account.write(plan.folder)
     return account
 
@@ -71,22 +70,22 @@ def replay(plan: Plan, display: Display) -> RunAccount:
 class Stage:
     """Everything that runs during a replay."""
 
-    player: Player  # the world
+    player: Playing  # the world
     swarm: Swarm
     processes: Processes
 
 
 def play(plan: Plan, stage: Stage, recorder: Recorder, display: Display) -> PaceAccount:
     """Hand out the recording step by step, each when the poses of the one before are out and its time has come."""
-    steps = plan.recording.steps()
+    steps = plan.source.steps()
     clock = stage.swarm.link.publisher(topics.WORLD_TIME)
     watch = Stopwatch()
     pace = Pace(plan.rate, clock=watch.read)
     for index, step in enumerate(steps):
         pace.hold(step.stamp_ns)
         stage.player.release(step)
-        clock.put(WorldTime(stamp_ns=step.stamp_ns, robots=tuple(step.pictures)))
-        stage.processes.wait_for(partial(recorder.wait_for_poses, step.stamp_ns, step.pictures), STEP_TIMEOUT_S)
+        clock.put(WorldTime(stamp_ns=step.stamp_ns, robots=tuple(step.fired)))
+        stage.processes.wait_for(partial(recorder.wait_for_poses, step.stamp_ns, step.fired), STEP_TIMEOUT_S)
         if index == len(steps) // 2:
             with watch.paused():
                 recorder.write_pictures()
@@ -96,7 +95,7 @@ def play(plan: Plan, stage: Stage, recorder: Recorder, display: Display) -> Pace
 
 def pace_account(steps: Sequence[Step], wall_s: float, pace: Pace) -> PaceAccount:
     """Return how fast the steps went."""
-    frames = sum(len(step.pictures) for step in steps)
+    frames = sum(len(step.fired) for step in steps)
     return PaceAccount(
         steps=len(steps),
         frames=frames,
@@ -112,9 +111,9 @@ def new_account(plan: Plan) -> RunAccount:
     """Return the account of a run that has not begun."""
     return RunAccount(
         finished=False,
-        recording=str(plan.recording.folder.absolute()),
-        method=plan.method,
+        recording=str(plan.source.folder.absolute()),
+        method=plan.source.label,
         rate="max" if math.isinf(plan.rate) else plan.rate,
         versions=versions(),
-        warnings=plan.recording.warnings,
+        warnings=plan.source.warnings,
     )

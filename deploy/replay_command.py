@@ -8,38 +8,45 @@ from typing import Literal, NamedTuple
 
 from rich.console import Console
 
-from agent.pipeline import Method
 from deploy.account import RobotAccount, RunAccount
 from deploy.display import ReplayBar
 from deploy.folders import CALIBRATED_LENS, default_folder, prepare_folder
 from deploy.replay import Plan, replay
+from deploy.sources import CameraSource, MrclamSource, Source
+from mapserver.config import LossSettings
+from protocol.errors import ConfigError
+from sim.mrclam import MrclamRecording
 from sim.recording import Recording
 
+Format = Literal["recording", "mrclam"]
 UnknownStarts = Literal["none", "others", "all"]  # whose starts are withheld; others: of all but the first by name
 
 
 class Wishes(NamedTuple):
     """What was asked for on the command line."""
 
+    recording: Path
+    format: Format
     out: Path | None
     method: Literal["full", "paper"]
     rate: float
     unknown_starts: UnknownStarts
+    loss: LossSettings
     overwrite: bool
 
 
-def replay_recording(recording_folder: Path, wishes: Wishes, console: Console) -> Path:
+def replay_recording(wishes: Wishes, console: Console) -> Path:
     """Replay a recording and return the run's folder; the paper's method runs twice, the second time with the calibrated lens."""
-    recording = with_told_starts(Recording.open(recording_folder), wishes.unknown_starts)
-    for warning in recording.warnings:
+    folder = wishes.out or default_folder(wishes.recording, datetime.now())
+    sources = _sources(wishes, folder)
+    for warning in sources[folder].warnings:
         console.print(f"warning: {warning}", style="yellow", soft_wrap=True, markup=False)
-    folder = wishes.out or default_folder(recording_folder, datetime.now())
     prepare_folder(folder, wishes.overwrite)
-    for plan in _plans(recording, folder, wishes.method, wishes.rate):
-        plan.folder.mkdir(exist_ok=True)
-        with ReplayBar(recording, plan.method, console) as bar:
-            account = replay(plan, bar)
-        console.print(_summary(account, plan.folder), soft_wrap=True, markup=False, highlight=False)
+    for place, source in sources.items():
+        place.mkdir(exist_ok=True)
+        with ReplayBar(source, source.label, console) as bar:
+            account = replay(Plan(source, place, wishes.rate, wishes.loss), bar)
+        console.print(_summary(account, place), soft_wrap=True, markup=False, highlight=False)
     return folder
 
 
@@ -49,11 +56,17 @@ def with_told_starts(recording: Recording, unknown: UnknownStarts) -> Recording:
     return recording.without_starts({"none": [], "others": names[1:], "all": names}[unknown])
 
 
-def _plans(recording: Recording, folder: Path, method: Literal["full", "paper"], rate: float) -> list[Plan]:
-    runs: dict[Method, Path] = {method: folder}
-    if method == "paper":
-        runs["paper-calibrated"] = folder / CALIBRATED_LENS
-    return [Plan(recording, place, name, rate) for name, place in runs.items()]
+def _sources(wishes: Wishes, folder: Path) -> dict[Path, Source]:
+    """Return what is to be replayed, by the folder of its run."""
+    if wishes.format == "mrclam":
+        if wishes.method != "full" or wishes.unknown_starts != "none":
+            raise ConfigError("--method and --unknown-starts are for recordings of cameras, not for --format mrclam")
+        return {folder: MrclamSource(MrclamRecording.open(wishes.recording))}
+    recording = with_told_starts(Recording.open(wishes.recording), wishes.unknown_starts)
+    runs: dict[Path, Source] = {folder: CameraSource(recording, wishes.method)}
+    if wishes.method == "paper":
+        runs[folder / CALIBRATED_LENS] = CameraSource(recording, "paper-calibrated")
+    return runs
 
 
 def _summary(account: RunAccount, folder: Path) -> str:

@@ -12,6 +12,7 @@ import tomli_w
 from agent.calibration import read_calibration
 from agent.config import AgentConfig
 from agent.pipeline import Method
+from agent.range_bearing.config import RangeBearingConfig
 from mapserver.config import MapServerConfig
 from protocol.errors import ConfigError
 from protocol.settings import Settings, parse
@@ -21,6 +22,11 @@ SITE = "swarm"
 MAP_SERVER, WORLD = "mapserver", "world"  # names of processes: settings and logs of all lie side by side
 PROCESSES = {MAP_SERVER, WORLD}
 NOBODY_MOVES: Mapping[str, object] = MappingProxyType({})
+
+CREATE_RADIUS_M = 0.17
+CREATE_RESPONSE_S = 0.1
+# Sightings to a few centimetres are worth no finer solution.
+CENTIMETRES: Mapping[str, object] = MappingProxyType({"relinearise_above": 0.05, "relinearise_every": 10, "extra_iterations": 0})
 
 _BODY = {"body_radius_m", "body_height_m", "wheel_base_m", "wheel_radius_m", "deck_radius_m", "deck_height_m"}
 _START = {"name", "initial_pose", "initial_pose_sigma", "body_radius_m"}
@@ -83,6 +89,32 @@ def mapserver_settings(team: Team, formation: Mapping[str, object] = NOBODY_MOVE
     robots = [robot.rig.model_dump(include=_START) for robot in team.robots]
     document = {"site": SITE, "clock": "world", "robots": robots, "formation": dict(formation)}
     return parse(team.folder / RIGS_FILE, document, MapServerConfig)
+
+
+def readings_agent_settings(folder: Path, robot: str, swarm_endpoint: str, world_endpoint: str) -> RangeBearingConfig:
+    """Return the settings of a robot of the UTIAS data set, which lies in `folder`.
+
+    Its base is an iRobot Create, which follows commanded speeds after about 0.1 s.
+    """
+    document = {
+        "robot": {"name": robot, "site": SITE, "endpoint": swarm_endpoint, "body_radius_m": CREATE_RADIUS_M},
+        "base": {"response_s": CREATE_RESPONSE_S},
+        "sensor": {"endpoint": world_endpoint},
+    }
+    return parse(folder, document, RangeBearingConfig)
+
+
+def readings_server_settings(folder: Path, robots: Sequence[str]) -> MapServerConfig:
+    """Return the settings of a map server for robots without cameras; the first of them makes the arena's origin where it begins."""
+    starts = {robots[0]: {"initial_pose": [0.0, 0.0, 0.0]}}
+    document = {
+        "site": SITE,
+        "clock": "world",
+        "robots": [{"name": robot, "body_radius_m": CREATE_RADIUS_M, **starts.get(robot, {})} for robot in robots],
+        "formation": {"distance_m": 4.0 * CREATE_RADIUS_M},  # nobody is moved, but it has to be possible
+        "graph": dict(CENTIMETRES),
+    }
+    return parse(folder, document, MapServerConfig)
 
 
 def write_settings(folder: Path, process: str, settings: Settings) -> Path:

@@ -22,9 +22,9 @@ from deploy.coverage_meter import CoverageMeter
 from deploy.formation_log import FormationLog
 from deploy.launch import Processes
 from deploy.recorder import Recorder
-from deploy.settings_files import SITE, WORLD, check_robots
+from deploy.settings_files import SITE, WORLD, check_robots, mapserver_settings
 from deploy.stopwatch import Stopwatch
-from deploy.swarm import Swarm, running_swarm, start_and_read_endpoint
+from deploy.swarm import Swarm, camera_crew, running_swarm, start_and_read_endpoint
 from deploy.told_team import ToldTeam, read_team
 from protocol import topics
 from protocol.bus import Bus
@@ -90,9 +90,10 @@ def running_simulation(plan: Plan) -> Iterator[Simulation]:
         )
         team = read_team(plan.told)
         check_robots(team)
+        server = mapserver_settings(team, plan.formation)
         with (
             Bus.open_client(SITE, endpoint) as world,
-            running_swarm(team, "full", plan.folder, processes, endpoint, plan.formation) as swarm,
+            running_swarm(server, camera_crew(team, "full", endpoint), plan.folder, processes) as swarm,
         ):
             yield Simulation(team, world, swarm, processes)
 

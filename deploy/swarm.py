@@ -2,20 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
 from agent.pipeline import Method
 from deploy.launch import Processes
-from deploy.settings_files import MAP_SERVER, NOBODY_MOVES, SITE, Team, agent_settings, mapserver_settings, write_settings
+from deploy.settings_files import MAP_SERVER, SITE, Team, agent_settings, write_settings
+from mapserver.config import MapServerConfig
 from protocol import topics
 from protocol.bus import Bus
 from protocol.errors import LinkError
 from protocol.settings import Settings
 
 START_TIMEOUT_S = 60.0
+CAMERA_AGENT = "agent"
 _READY = "ready "
 
 
@@ -28,22 +30,32 @@ class Swarm:
     settings: Mapping[str, Settings]  # by process
 
 
+@dataclass(frozen=True)
+class Crew:
+    """A swarm's agents: the module that runs each of them, and their settings by name, given the swarm's endpoint."""
+
+    module: str
+    settings: Callable[[str], Mapping[str, Settings]]
+
+
+def camera_crew(team: Team, method: Method, world: str) -> Crew:
+    """Return an agent with camera and wheels for each robot, which are in the world at this endpoint."""
+    return Crew(CAMERA_AGENT, lambda swarm: {robot.name: agent_settings(team, robot, method, swarm, world) for robot in team.robots})
+
+
 @contextmanager
-def running_swarm(
-    team: Team, method: Method, folder: Path, processes: Processes, world: str, formation: Mapping[str, object] = NOBODY_MOVES
-) -> Iterator[Swarm]:
+def running_swarm(server: MapServerConfig, crew: Crew, folder: Path, processes: Processes) -> Iterator[Swarm]:
     """Start map server and agents among `processes`, and yield when every agent is there; whoever owns the processes ends them.
 
-    `world` is the endpoint of the robots' cameras and wheels. Settings go to `folder`/config. Raises OmmatidiaError where one cannot start.
+    Settings go to `folder`/config. Raises OmmatidiaError where one cannot start.
     """
-    server = mapserver_settings(team, formation)
     endpoint = start_and_read_endpoint(
         processes, MAP_SERVER, "mapserver", "--config", str(write_settings(folder / "config", MAP_SERVER, server))
     )
     with Bus.open_client(SITE, endpoint) as link:
-        agents = {robot.name: agent_settings(team, robot, method, endpoint, world) for robot in team.robots}
+        agents = crew.settings(endpoint)
         for name, settings in agents.items():
-            processes.start(name, "-m", "agent", "--config", str(write_settings(folder / "config", name, settings)))
+            processes.start(name, "-m", crew.module, "--config", str(write_settings(folder / "config", name, settings)))
         alive = link.presence(topics.AGENT_ALIVE)
         processes.wait_for(lambda timeout_s: alive.wait_for(agents, timeout_s), START_TIMEOUT_S)
         yield Swarm(link, endpoint, {MAP_SERVER: server, **agents})

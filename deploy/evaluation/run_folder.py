@@ -94,21 +94,27 @@ class _RunJson(BaseModel):
 
 def read_run_folder(run: Path) -> RunFolder:
     """Return what a run has left; RecordingError, one line, where trajectories or map are missing or cannot be used."""
-    if not run.is_dir():
-        raise RecordingError(f"{run}: is no folder of a run")
-    live = _read_trajectories(run / "trajectories")
-    if not live:
-        raise RecordingError(f"{run / 'trajectories'}: holds no <robot>.tum, so there is no run to evaluate")
+    live, smoothed = read_paths(run)
     account = read_json(run / "run.json", _RunJson) if (run / "run.json").exists() else _RunJson()
     return RunFolder(
         path=run,
         method=account.method,
         live=live,
-        smoothed=_read_trajectories(run / "trajectories" / "smoothed"),
+        smoothed=smoothed,
         objects=_read_objects(run / "map.geojson"),
         grid=_read_grid(run / "map.yaml") if (run / "map.yaml").exists() else None,
         rigs={robot: part.rig for robot, part in account.robots.items() if part.rig},
     )
+
+
+def read_paths(run: Path) -> tuple[dict[str, Trajectory], dict[str, Trajectory]]:
+    """Return live and smoothed paths of a run by robot, the latter empty where it has none; RecordingError where it has no live one."""
+    if not run.is_dir():
+        raise RecordingError(f"{run}: is no folder of a run")
+    live = _read_trajectories(run / "trajectories")
+    if not live:
+        raise RecordingError(f"{run / 'trajectories'}: holds no <robot>.tum, so there is no run to evaluate")
+    return live, _read_trajectories(run / "trajectories" / "smoothed")
 
 
 def _read_trajectories(folder: Path) -> dict[str, Trajectory]:

@@ -15,6 +15,7 @@ from deploy.evaluation.evaluate import evaluate
 from deploy.evaluation.rig_metrics import RigScore
 from deploy.folders import prepare_folder
 from deploy.replay import Plan, replay
+from deploy.sources import CameraSource
 from sim.recording import Recording
 
 RIG_FIGURES = tuple(field.name for field in fields(RigScore))
@@ -49,8 +50,9 @@ def run(recording: Path, out: Path, console: Console, method: Method, rate: floa
     """Replay a recording into the folder `out`, replacing the run that lies there."""
     opened = Recording.open(recording)
     prepare_folder(out, overwrite=True)
-    with ReplayBar(opened, f"{opened.folder.resolve().name}, {method}", console) as bar:
-        return replay(Plan(opened, out, method, rate), bar)
+    source = CameraSource(opened, method)
+    with ReplayBar(source, f"{opened.folder.resolve().name}, {method}", console) as bar:
+        return replay(Plan(source, out, rate), bar)
 
 
 def files_that_differ(one: Path, other: Path) -> list[str]:

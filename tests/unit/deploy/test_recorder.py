@@ -16,6 +16,7 @@ from protocol import topics
 from protocol.bus import Bus
 from protocol.errors import LinkError
 from protocol.fields import Packed
+from protocol.loss import Loss
 from protocol.messages import AgentStatus, DebugPicture, MapObject, MapUpdate, Poses, RobotPose, ServerStatus, Trajectories, Trajectory
 
 DEADLINE_S = 10.0
@@ -113,6 +114,17 @@ def test_a_robot_without_a_pose_is_named(server: Bus, recorder: Recorder) -> Non
     server.publisher(topics.POSES).put(Poses(seq=0, stamp_ns=STAMP_NS, robots=(pose("r1", 1.0),)))
     with pytest.raises(LinkError, match="no pose of r2"):
         recorder.wait_for_poses(STAMP_NS, ["r1", "r2"], DEADLINE_S)
+
+
+def test_poses_that_are_lost_do_not_hold_up_the_world(server: Bus, tmp_path: Path) -> None:
+    everything = Loss(0.999999, seed=1)
+    with Bus.open_client("test", server.endpoint) as link, Recorder(link, tmp_path, ("r1",), everything) as recorder:
+        ready = server.presence(topics.AGENT_ALIVE)
+        link.announce(topics.AGENT_ALIVE, robot="r1")
+        ready.wait_for(["r1"], DEADLINE_S)
+        server.publisher(topics.POSES).put(Poses(seq=0, stamp_ns=STAMP_NS, robots=(pose("r1", 1.0),)))
+        recorder.wait_for_poses(STAMP_NS, ["r1"], DEADLINE_S)
+    assert (tmp_path / "trajectories" / "r1.tum").read_text() == ""
 
 
 def test_a_robot_that_looks_for_its_place_gets_no_line_until_it_has_found_it(server: Bus, recorder: Recorder, tmp_path: Path) -> None:
