@@ -43,11 +43,14 @@ LEAST_REGION_PX = 25.0  # of the view
 class FullMethod:
     """The state of one robot, from frame to frame."""
 
-    def __init__(self, robot: str, epoch: int, body: Body, calibration: Calibration, timer: StageTimer) -> None:
+    def __init__(
+        self, robot: str, epoch: int, body: Body, calibration: Calibration, timer: StageTimer, rig: SelfCalibration | None = None
+    ) -> None:
+        """Calibrate the rig while driving, unless there is a `rig` that does something else."""
         self._robot, self._epoch, self._seq = robot, epoch, 0
         self._timer = timer
         self._body = body
-        self._rig = SelfCalibration(calibration, body)
+        self._rig = rig or SelfCalibration(calibration, body)
         self._optics = optics = Optics.of(calibration, body)
         self._colours: FloorColours | None = None
         self._ego = EgoMotion(optics.patch, optics.shutter, self._rig.wheels, WheelNoise())

@@ -105,13 +105,14 @@ def replay(
 def evaluate(
     run: Annotated[Path, typer.Argument(metavar="DIR", help="Folder that a run has left.", show_default=False)],
     truth: Annotated[Path, typer.Option(metavar="RECORDING", help="The recording, with its ground_truth/.", show_default=False)],
+    ablation: Annotated[bool, typer.Option("--ablation", help="Go through the recording again, with more and more of the method.")] = False,
 ) -> None:
     """Judge a run: the paper's tables and figures, beside the paper's own numbers."""
     from rich.console import Console
 
     from deploy.evaluate_command import evaluate_run
 
-    evaluate_run(run, truth, Console())
+    evaluate_run(run, truth, Console(), ablates=ablation)
 
 
 @app.command(

@@ -78,3 +78,11 @@ class SelfCalibration:
             return False
         self._since_change = 0
         return True
+
+
+class AsDrawn(SelfCalibration):
+    """Learns of the rig, and goes on with the drawing all the same."""
+
+    def adopt(self) -> bool:
+        """Stay with the drawing."""
+        return False

@@ -48,8 +48,8 @@ def document(evaluation: Evaluation) -> Document:
         "recording": evaluation.truth.name,
         "frame": "run, team aligned" if evaluation.is_aligned else "arena",
         "paths": {
-            "live": _team(evaluation.live),
-            "smoothed": _team(evaluation.smoothed) if evaluation.smoothed else None,
+            "live": team_document(evaluation.live),
+            "smoothed": team_document(evaluation.smoothed) if evaluation.smoothed else None,
         },
         "distances": _distances(evaluation.distances) if evaluation.distances else None,
         "formation": _formation(evaluation.formation) if evaluation.formation else None,
@@ -58,7 +58,8 @@ def document(evaluation: Evaluation) -> Document:
     }
 
 
-def _team(team: TeamPaths) -> Document:
+def team_document(team: TeamPaths) -> Document:
+    """Return the scores of all paths of a team."""
     return {"robots": {robot: _path(score) for robot, score in team.robots.items()}, "mean": _path(team.mean)}
 
 

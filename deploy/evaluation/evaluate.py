@@ -56,7 +56,7 @@ def evaluate(run_dir: Path, recording_dir: Path, label: str | None = None) -> Ev
     is_aligned = _has_own_frame(run_dir)
     if is_aligned:
         truth = moved(truth, run_from_arena(run.live, truth))
-    live = _score_team(run.live, truth)
+    live = score_team(run.live, truth)
     if not live.mean.matched:
         raise RecordingError(f"{run_dir}: no pose has a stamp of {recording_dir}: this is a run on another recording")
     map_score = score_map(run.objects, truth)
@@ -66,7 +66,7 @@ def evaluate(run_dir: Path, recording_dir: Path, label: str | None = None) -> Ev
         truth=truth,
         is_aligned=is_aligned,
         live=live,
-        smoothed=_score_team(run.smoothed, truth) if run.smoothed else None,
+        smoothed=score_team(run.smoothed, truth) if run.smoothed else None,
         map=map_score,
         distances=distance_errors(map_score),
         formation=_score_formation(run_dir, truth),
@@ -91,7 +91,8 @@ def _score_formation(run_dir: Path, truth: Truth) -> FormationScore | None:
     return score_formation(rows, truth.trajectories, Room(truth, offsets).slots)
 
 
-def _score_team(estimates: dict[str, Trajectory], truth: Truth) -> TeamPaths:
+def score_team(estimates: dict[str, Trajectory], truth: Truth) -> TeamPaths:
+    """Return the scores of all paths of a recording, and their means; a robot without a path gets NaN."""
     matched = {robot: match_path(estimates.get(robot, no_poses()), true) for robot, true in truth.trajectories.items()}
     robots = {robot: score_path(path) for robot, path in matched.items()}
     return TeamPaths(matched, robots, mean_score(robots.values()))

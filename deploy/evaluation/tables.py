@@ -75,6 +75,18 @@ def robots_table(team: TeamPaths, title: str) -> Table:
     return table
 
 
+def ablation_table(rows: Mapping[str, TeamPaths], recording: str) -> Table:
+    """Return the path errors row by row, each with more of the method."""
+    robots = list(next(iter(rows.values())).robots)
+    table = _table(f"What each part is worth on {recording}, live [cm]", ["method"], ("mean", "largest", "heading [deg]", *robots))
+    table.caption = f"{', '.join(robots)}: RMSE after the robot's own alignment"
+    for name, team in rows.items():
+        heading = _plain(math.degrees(team.mean.heading_rad.mean), 2)
+        aligned = (_cm(team.robots[robot].aligned_rmse_m, 3) for robot in robots)
+        table.add_row(name, _cm(team.mean.distance_m.mean, 3), _cm(team.mean.distance_m.max, 3), heading, *aligned)
+    return table
+
+
 def obstacles_table(score: MapScore) -> Table:
     """Return the map obstacle by obstacle, with what it invented below."""
     columns = ("map object", "centre error", "IoU", "height", "true height")

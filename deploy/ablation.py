@@ -1,0 +1,116 @@
+"""What each part of the method is worth: one recording, the same frames, with more of the method in every row.
+
+No processes take part: agents' pipelines and the map server's are stepped here, which gives the poses that a replay would publish.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from agent.calibration import read_calibration
+from agent.drivers.bus_camera import captured
+from agent.full_method import FullMethod
+from agent.methods import make_pipeline
+from agent.pipeline import Pipeline
+from agent.rig import Body
+from agent.slam.self_calibration import AsDrawn
+from agent.wheel_history import WheelHistory
+from deploy.evaluation.evaluate import TeamPaths, score_team
+from deploy.evaluation.truth import read_truth
+from deploy.evaluation.tum import Trajectory
+from deploy.settings_files import mapserver_settings
+from mapserver.batching import Batch
+from mapserver.pipeline import MapPipeline
+from protocol.messages import LocalMap
+from protocol.stage_clock import StageClock
+from sim.player import stored_frame
+from sim.recording import RecordedRobot, Recording, Step
+
+Progress = Callable[[str, float], None]  # a row's name, and how far it is, 0 to 1
+
+
+@dataclass(frozen=True)
+class Variant:
+    """One row: how a robot is made, and what of it counts."""
+
+    name: str
+    make: Callable[[RecordedRobot], Pipeline]
+    has_pictures: bool = True
+    has_sightings: bool = True  # of other robots
+
+
+def variants() -> tuple[Variant, ...]:
+    """Return the rows, from the wheels alone to all of it."""
+    return (
+        Variant("wheels only", _as_drawn, has_pictures=False),
+        Variant("the paper's method", _paper),
+        Variant("floor motion only", _as_drawn, has_sightings=False),
+        Variant("plus other robots", _as_drawn),
+        Variant("plus self-calibration", _full),
+    )
+
+
+def ablation(folder: Path, progress: Progress) -> dict[str, TeamPaths]:
+    """Return the scores of every row on a recording with ground truth; raises RecordingError where it cannot be used."""
+    recording, truth = Recording.open(folder), read_truth(folder)
+    return {row.name: score_team(_run(row, recording, progress), truth) for row in variants()}
+
+
+def _run(row: Variant, recording: Recording, progress: Progress) -> dict[str, Trajectory]:
+    """Return the live path of every robot."""
+    crew = {robot.name: _Robot(robot, row) for robot in recording.robots}
+    server = MapPipeline(mapserver_settings(recording).robots, StageClock())
+    stamps: dict[str, list[int]] = {name: [] for name in crew}
+    poses: dict[str, list[tuple[float, ...]]] = {name: [] for name in crew}
+    steps = recording.steps()
+    for number, step in enumerate(steps):
+        seen = tuple(crew[name].step(step) for name in step.fired)
+        believed = {each.robot: each.arena_from_body for each in server.step(Batch(step.stamp_ns, seen)).poses.robots}
+        for name in set(step.fired) & believed.keys():
+            stamps[name].append(step.stamp_ns)
+            poses[name].append(believed[name])
+        progress(row.name, (number + 1) / len(steps))
+    return {name: Trajectory(np.array(stamps[name], np.int64), np.array(poses[name], np.float64).reshape(-1, 3)) for name in crew}
+
+
+class _Robot:
+    """One robot's pipeline, and its wheels as far as they were told."""
+
+    def __init__(self, robot: RecordedRobot, row: Variant) -> None:
+        self._robot, self._row = robot, row
+        calibration = read_calibration(robot.sensor_file)
+        self._size_px = calibration.width_px, calibration.height_px
+        self._pipeline, self._wheels = row.make(robot), WheelHistory()
+        self._until_ns = -1
+
+    def step(self, step: Step) -> LocalMap:
+        """Return the local map of the frame that was captured at a step."""
+        rows = self._robot.wheels.between(self._until_ns, step.stamp_ns)
+        self._wheels.add(rows.stamps_ns, rows.angles_rad, step.stamp_ns)
+        self._until_ns = step.stamp_ns
+        frame = captured(stored_frame(step.stamp_ns, step.pictures[self._robot.name]), self._size_px)
+        wheels = self._wheels.state_at(step.stamp_ns + round(1e9 * self._pipeline.wheel_lag_s))
+        seen = self._pipeline.step(step.stamp_ns, frame.picture if self._row.has_pictures else None, wheels).local_map
+        return seen if self._row.has_sightings else seen.model_copy(update={"sightings": ()})
+
+
+def _body(robot: RecordedRobot) -> Body:
+    rig = robot.rig
+    return Body(rig.body_radius_m, rig.body_height_m, rig.wheel_base_m, rig.wheel_radius_m, rig.deck_radius_m, rig.deck_height_m)
+
+
+def _full(robot: RecordedRobot) -> Pipeline:
+    return make_pipeline(robot.name, 0, "full", _body(robot), read_calibration(robot.sensor_file), StageClock())
+
+
+def _paper(robot: RecordedRobot) -> Pipeline:
+    return make_pipeline(robot.name, 0, "paper", _body(robot), read_calibration(robot.sensor_file), StageClock())
+
+
+def _as_drawn(robot: RecordedRobot) -> Pipeline:
+    calibration, body = read_calibration(robot.sensor_file), _body(robot)
+    return FullMethod(robot.name, 0, body, calibration, StageClock(), AsDrawn(calibration, body))
