@@ -28,7 +28,7 @@ from protocol.geometry import Array, Pose2
 from protocol.messages import LocalMap, Sighting
 
 START_SIGMA = 1e-4  # [m or rad]: what a configured sigma of 0 means
-FOUND_SIGMA = np.array([0.02, 0.02, 0.05])  # a restarted robot that is known so well has been found again [m, m, rad; body]
+FOUND_SIGMA = np.array([0.02, 0.02, 0.05])  # a robot whose place is known so well need not be searched for [m, m, rad; body]
 SEARCH_NS = 5_000_000_000  # nobody is searched for longer: where nobody sees it, its last pose is the best there is
 MOST_GAP_S = 0.3  # between two poses on a path that goes on
 MAX_STAMP_GAP_S = 0.06  # between a sighting and the nearest pose of the robot that it shows
@@ -70,7 +70,7 @@ class _Track:
     stamps_ns: list[int] = field(default_factory=list)
     last: LocalMap | None = None
     twist: Twist | None = None
-    restarted_ns: int | None = None  # while it is searched for
+    searched_ns: int | None = None  # since when it is searched for
 
     def key(self, number: int) -> int:
         return (self.index << _KEYS_PER_ROBOT_BITS) + number
@@ -79,10 +79,11 @@ class _Track:
         return self.key(len(self.stamps_ns) - 1)
 
     def end_search(self) -> None:
-        if self.restarted_ns is not None:
-            is_found = bool((np.diag(self.belief.covariance) <= FOUND_SIGMA**2).all())
-            if is_found or self.stamps_ns[-1] - self.restarted_ns > SEARCH_NS:
-                self.restarted_ns = None
+        if self.searched_ns is not None and (self.is_well_known() or self.stamps_ns[-1] - self.searched_ns > SEARCH_NS):
+            self.searched_ns = None
+
+    def is_well_known(self) -> bool:
+        return bool((np.diag(self.belief.covariance) <= FOUND_SIGMA**2).all())
 
 
 class _Node(NamedTuple):
@@ -243,8 +244,8 @@ class PoseGraph:
         return self._landmark_place(name) if name in self._landmarks else None
 
     def is_searching(self, robot: str) -> bool:
-        """Tell whether the robot's agent began anew, and others have yet to tell where that was."""
-        return self.has_place(robot) and self._tracks[robot].restarted_ns is not None
+        """Tell whether the robot was set down no one knows where exactly, or its agent began anew, and others have yet to tell where."""
+        return self.has_place(robot) and self._tracks[robot].searched_ns is not None
 
     def trajectory(self, robot: str) -> tuple[NDArray[np.int64], Array]:
         """Return the smoothed path: stamps, shape (n,) [ns], and poses, shape (n, 3) [m, m, rad; arena]; none without a place."""
@@ -260,13 +261,14 @@ class PoseGraph:
         track.belief = track.belief.moved(Pose2(*local_map.odom_from_body), driven)._replace(predicted=False)
         track.twist = STANDING
         track.stamps_ns.append(local_map.stamp_ns)
+        track.searched_ns = None if track.is_well_known() else local_map.stamp_ns
         noise = gtsam.noiseModel.Gaussian.Covariance(track.belief.covariance)
         self._factors.add(gtsam.PriorFactorPose2(track.newest_key(), _to_gtsam(track.belief.arena_from_body), noise))
 
     def _extend(self, track: _Track, last: LocalMap, local_map: LocalMap) -> None:
         twist = motion(last, local_map)
         if local_map.epoch != last.epoch:
-            track.restarted_ns = local_map.stamp_ns
+            track.searched_ns = local_map.stamp_ns
             self._ledger.forget(local_map.robot)
         track.belief = track.belief.moved(twist.body_from_next, twist.covariance)
         track.twist = twist

@@ -51,6 +51,18 @@ def test_a_start_of_sigma_nought_is_known_to_a_tenth_of_a_millimetre() -> None:
     assert np.allclose(np.sqrt(np.diag(graph.update()["r1"].covariance)), 1e-4, rtol=0.2)
 
 
+def test_a_robot_whose_start_is_known_roughly_is_searched_for_until_others_have_seen_it() -> None:
+    swarm = Swarm(STARTS, SIGMAS | {"r3": (0.05, 0.05, math.radians(5.0))}, seed=1)
+    graph = PoseGraph(swarm.starts)
+    graph.add(local_map("r3", 0))
+    assert graph.is_searching("r3")
+    graph = PoseGraph(swarm.starts)
+    feed(graph, swarm.drive())
+    for _ in range(20):
+        feed(graph, swarm.drive(ARC))
+    assert not any(graph.is_searching(robot) for robot in STARTS)
+
+
 @pytest.mark.parametrize("seed", range(5))
 def test_wrong_starts_are_corrected_by_seeing_each_other(seed: int) -> None:
     swarm = Swarm(STARTS, SIGMAS, seed)
