@@ -6,8 +6,8 @@ import argparse
 import gc
 import logging
 import sys
-import time
 from contextlib import ExitStack
+from functools import partial
 from pathlib import Path
 
 import cv2
@@ -16,42 +16,27 @@ from agent.calibration import read_calibration
 from agent.config import AgentConfig, load_config
 from agent.drivers.bus_camera import BusCamera
 from agent.helm_process import HelmProcess
-from agent.logs import start_logging
 from agent.methods import make_pipeline
-from agent.rig import Calibration
+from agent.process import new_epoch, run_until_stopped
 from agent.service import Service
-from protocol.errors import OmmatidiaError
 from protocol.news import News
 from protocol.stage_clock import StageClock
-from protocol.stopping import Stopped, StopRequest, open_client
+from protocol.stopping import StopRequest, open_client
 
 _log = logging.getLogger(__name__)
 
 
 def run_agent(config_file: Path) -> int:
     """Run the agent of one robot until SIGTERM or SIGINT; return the exit code: 0, or 2 with one line that says what is wrong."""
-    stop = StopRequest()
-    start_logging("agent")
-    try:
-        config = load_config(config_file)
-        start_logging(f"agent {config.robot.name}")
-        _log.info("starting with %s", config.model_dump_json())
-        _serve(config_file, config, read_calibration(config.camera.calibration), stop)
-    except Stopped:
-        return 0
-    except OmmatidiaError as error:
-        if stop.asked():
-            return 0  # whatever ended while everything was asked to end
-        _log.error("%s", error)
-        return 2
-    return 0
+    return run_until_stopped(config_file, load_config, partial(_serve, config_file))
 
 
-def _serve(config_file: Path, config: AgentConfig, calibration: Calibration, stop: StopRequest) -> None:
+def _serve(config_file: Path, config: AgentConfig, stop: StopRequest) -> None:
     """Start helm, links, camera and pipeline, and turn the loop between them; all of them end with it."""
     cv2.setNumThreads(1)  # one core is a robot's share of a machine, and one thread gives the same numbers on every machine
+    calibration = read_calibration(config.camera.calibration)
     clock = StageClock()
-    epoch = _epoch()
+    epoch = new_epoch()
     with ExitStack() as stack:
         helm = stack.enter_context(HelmProcess.start(config_file))  # first: it has the wheels stand
         news = stack.enter_context(News())
@@ -64,11 +49,6 @@ def _serve(config_file: Path, config: AgentConfig, calibration: Calibration, sto
         gc.freeze()  # what is loaded by now lives as long as the process: no collection has to look through it
         _log.info("ready, epoch %d", epoch)
         Service(config, camera, helm, bus, pipeline, wait=news.wait, epoch=epoch, clock=clock).run(stop.asked)
-
-
-def _epoch() -> int:
-    """Return a number that grows with every start: milliseconds of the wall clock."""
-    return time.time_ns() // 1_000_000
 
 
 def main(arguments: list[str]) -> int:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import cv2
 import numpy as np
 
@@ -23,13 +25,8 @@ class FloorSensitivity:
         axis = np.linspace(-self._half_m, self._half_m, NODES)
         places = np.stack(np.meshgrid(axis, axis, indexing="ij"), axis=-1).reshape(-1, 2)
         pixels = changed_projection(calibration, np.zeros(_COUNT)).pixels_from_floor(places)
-        columns = []
-        for number, step in enumerate(STEP_SHARE * prior_sigma(calibration)[CAMERA]):
-            change = np.zeros(_COUNT)
-            change[number] = step
-            ahead, back = (changed_projection(calibration, side * change).floor_from_pixels(pixels) for side in (1.0, -1.0))
-            columns.append((ahead - back) / (2.0 * step))
-        field = np.nan_to_num(np.stack(columns, axis=-1)).astype(np.float32)  # (nodes, 2, parameters)
+        moved = _differences(calibration, lambda change: changed_projection(calibration, change).floor_from_pixels(pixels))
+        field = np.nan_to_num(moved).astype(np.float32)  # (nodes, 2, parameters)
         self._layers = np.split(field.reshape(NODES, NODES, 2 * _COUNT), 2 * _COUNT // 4, axis=-1)
 
     def at(self, points_m: Array) -> Array:
@@ -53,10 +50,15 @@ def rim_sensitivity(calibration: Calibration, radius_m: float, height_m: float) 
     away = now - now.mean(axis=0)
     outward = away / np.hypot(*away.T)[:, None]
     terms = np.column_stack([np.ones(len(now)), outward])
+    moved = _differences(calibration, lambda change: (circle_px(calibration, change, radius_m, height_m) * outward).sum(axis=1))
+    return np.asarray(np.linalg.lstsq(terms, moved, rcond=None)[0], np.float64)
+
+
+def _differences(calibration: Calibration, seen: Callable[[Array], Array]) -> Array:
+    """Return d `seen` / d parameter of the camera, one more axis at the end, by differences about the calibration."""
     columns = []
     for number, step in enumerate(STEP_SHARE * prior_sigma(calibration)[CAMERA]):
         change = np.zeros(_COUNT)
         change[number] = step
-        ahead, back = (circle_px(calibration, side * change, radius_m, height_m) for side in (1.0, -1.0))
-        columns.append(np.linalg.lstsq(terms, ((ahead - back) * outward).sum(axis=1) / (2.0 * step), rcond=None)[0])
+        columns.append((seen(change) - seen(-change)) / (2.0 * step))
     return np.stack(columns, axis=-1)
