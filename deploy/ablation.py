@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +16,7 @@ from agent.calibration import read_calibration
 from agent.drivers.bus_camera import captured
 from agent.full_method import FullMethod
 from agent.methods import make_pipeline
-from agent.pipeline import Pipeline
+from agent.pipeline import Method, Pipeline
 from agent.rig import Body
 from agent.slam.self_calibration import AsDrawn
 from agent.wheel_history import WheelHistory
@@ -47,10 +48,10 @@ def variants() -> tuple[Variant, ...]:
     """Return the rows, from the wheels alone to all of it."""
     return (
         Variant("wheels only", _as_drawn, has_pictures=False),
-        Variant("the paper's method", _paper),
+        Variant("the paper's method", partial(_by, "paper")),
         Variant("floor motion only", _as_drawn, has_sightings=False),
         Variant("plus other robots", _as_drawn),
-        Variant("plus self-calibration", _full),
+        Variant("plus self-calibration", partial(_by, "full")),
     )
 
 
@@ -103,12 +104,8 @@ def _body(robot: RecordedRobot) -> Body:
     return Body(rig.body_radius_m, rig.body_height_m, rig.wheel_base_m, rig.wheel_radius_m, rig.deck_radius_m, rig.deck_height_m)
 
 
-def _full(robot: RecordedRobot) -> Pipeline:
-    return make_pipeline(robot.name, 0, "full", _body(robot), read_calibration(robot.sensor_file), StageClock())
-
-
-def _paper(robot: RecordedRobot) -> Pipeline:
-    return make_pipeline(robot.name, 0, "paper", _body(robot), read_calibration(robot.sensor_file), StageClock())
+def _by(method: Method, robot: RecordedRobot) -> Pipeline:
+    return make_pipeline(robot.name, 0, method, _body(robot), read_calibration(robot.sensor_file), StageClock())
 
 
 def _as_drawn(robot: RecordedRobot) -> Pipeline:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Protocol, Self
+from typing import Any, Generic, Protocol, Self, TypeVar
 
 from agent.pipeline import Method
 from deploy.settings_files import SITE, check_robots, mapserver_settings, readings_agent_settings, readings_server_settings
@@ -107,12 +107,14 @@ class Source(Protocol):
         ...
 
 
-@dataclass(frozen=True)
-class CameraSource:
-    """A recording of cameras and wheels, for one of the agent's methods."""
+R = TypeVar("R", Recording, MrclamRecording)
 
-    recording: Recording
-    method: Method
+
+@dataclass(frozen=True)
+class _Recorded(Generic[R]):
+    """What all sources say by their recordings alone."""
+
+    recording: R
 
     @property
     def folder(self) -> Path:
@@ -129,14 +131,21 @@ class CameraSource:
         """What is odd about it."""
         return self.recording.warnings
 
+    def steps(self) -> Sequence[Step]:
+        """Return it as its steps, in order of time."""
+        return self.recording.steps()
+
+
+@dataclass(frozen=True)
+class CameraSource(_Recorded[Recording]):
+    """A recording of cameras and wheels, for one of the agent's methods."""
+
+    method: Method
+
     @property
     def label(self) -> str:
         """The method."""
         return self.method
-
-    def steps(self) -> Sequence[Step]:
-        """Return it as its steps, in order of time."""
-        return self.recording.steps()
 
     def frames(self) -> dict[str, int]:
         """Return how many frames each robot's camera took."""
@@ -160,34 +169,13 @@ class CameraSource:
 
 
 @dataclass(frozen=True)
-class MrclamSource:
+class MrclamSource(_Recorded[MrclamRecording]):
     """A folder of the UTIAS data set: robots without cameras, of which the first makes the arena's origin where it begins."""
-
-    recording: MrclamRecording
-
-    @property
-    def folder(self) -> Path:
-        """Where it lies."""
-        return self.recording.folder
-
-    @property
-    def names(self) -> Sequence[str]:
-        """The robots."""
-        return self.recording.names
-
-    @property
-    def warnings(self) -> tuple[str, ...]:
-        """What is odd about it."""
-        return self.recording.warnings
 
     @property
     def label(self) -> str:
         """The format, since there is one method only."""
         return "mrclam"
-
-    def steps(self) -> Sequence[Step]:
-        """Return it as its steps, in order of time."""
-        return self.recording.steps()
 
     def frames(self) -> dict[str, int]:
         """Return how many local maps each robot has to send."""

@@ -10,17 +10,15 @@ from protocol.bus import Bus
 from protocol.fields import Packed
 from protocol.messages import Frame, WheelReadings
 from sim.recording import Recording, Step, WheelRows
+from sim.world_router import WorldRouter
 
 
-class Player:
-    """Stands where the robots' metal stands: hands out what cameras and wheels told, one step whenever it is asked to.
-
-    It publishes on the bus that it is given, which ends with it, announces nothing and starts no thread. Use it as a context manager.
-    """
+class Player(WorldRouter):
+    """Stands where the robots' metal stands: hands out what cameras and wheels told, one step whenever it is asked to."""
 
     def __init__(self, recording: Recording, world: Bus) -> None:
         self._names = recording.names
-        self._world = world
+        super().__init__(world)
         self._frames = {name: world.publisher(topics.FRAME, robot=name) for name in self._names}
         self._wheels = {name: world.publisher(topics.WHEEL_READINGS, robot=name) for name in self._names}
 
@@ -28,11 +26,6 @@ class Player:
     def open(cls, recording: Recording, site: str) -> Self:
         """Open the world's router on a free loopback port; raises LinkError where that cannot be had."""
         return cls(recording, Bus.open_router(site))
-
-    @property
-    def endpoint(self) -> str:
-        """Where the robots' drivers connect to."""
-        return self._world.endpoint
 
     def wait_until_ready(self, timeout_s: float) -> None:
         """Return when every robot's camera and wheel drivers listen; raises LinkError with the missing ones."""
@@ -45,16 +38,6 @@ class Player:
             self._wheels[name].put(wheel_readings(step.stamp_ns, rows))
         for name, picture in step.pictures.items():
             self._frames[name].put(stored_frame(step.stamp_ns, picture))
-
-    def close(self) -> None:
-        """Close the world's router."""
-        self._world.close()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
 
 
 def wheel_readings(until_ns: int, rows: WheelRows) -> WheelReadings:

@@ -10,28 +10,21 @@ from protocol.bus import Bus
 from protocol.fields import Packed
 from protocol.messages import SensorReadings
 from sim.mrclam import Readings, ReadingsStep
+from sim.world_router import WorldRouter
 
 
-class ReadingsPlayer:
-    """Hands out readings, one step whenever it is asked to.
-
-    It publishes on the bus that it is given, which ends with it, announces nothing and starts no thread. Use it as a context manager.
-    """
+class ReadingsPlayer(WorldRouter):
+    """Hands out readings, one step whenever it is asked to."""
 
     def __init__(self, robots: Sequence[str], world: Bus) -> None:
         self._robots = robots
-        self._world = world
+        super().__init__(world)
         self._readings = {name: world.publisher(topics.SENSOR_READINGS, robot=name) for name in robots}
 
     @classmethod
     def open(cls, robots: Sequence[str], site: str) -> Self:
         """Open the world's router on a free loopback port; raises LinkError where that cannot be had."""
         return cls(robots, Bus.open_router(site))
-
-    @property
-    def endpoint(self) -> str:
-        """Where the robots' drivers connect to."""
-        return self._world.endpoint
 
     def wait_until_ready(self, timeout_s: float) -> None:
         """Return when every robot's driver listens; raises LinkError with the missing ones."""
@@ -41,16 +34,6 @@ class ReadingsPlayer:
         """Publish a step: to every robot in it what it was told up to its stamp."""
         for name, readings in step.readings.items():
             self._readings[name].put(sensor_readings(step.stamp_ns, readings))
-
-    def close(self) -> None:
-        """Close the world's router."""
-        self._world.close()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
 
 
 def sensor_readings(until_ns: int, readings: Readings) -> SensorReadings:
