@@ -19,9 +19,9 @@ from agent.config import load_config
 from agent.drivers.bus_wheels import BusWheels
 from agent.drivers.wheels import Wheels
 from agent.guard_pipe import DriveOrder, GuardReport, Instruction, Latch, LatchOrder
-from agent.logs import start_logging
 from agent.pipe import Pipe
 from protocol.errors import OmmatidiaError
+from protocol.logs import start_logging
 from protocol.messages import WheelCommand, WheelReadings
 from protocol.news import News
 from protocol.stopping import Stopped, StopRequest, open_client

@@ -15,10 +15,10 @@ from agent.child import told
 from agent.config import load_config
 from agent.guard_process import GuardProcess
 from agent.helm_pipe import HelmReport, Look
-from agent.logs import start_logging
 from agent.pipe import Pipe
 from agent.steering import Steering
 from protocol.errors import OmmatidiaError
+from protocol.logs import start_logging
 from protocol.news import News
 from protocol.stopping import Stopped, StopRequest, open_client
 

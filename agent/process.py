@@ -8,8 +8,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Protocol, TypeVar
 
-from agent.logs import start_logging
 from protocol.errors import OmmatidiaError
+from protocol.logs import start_logging
 from protocol.stopping import Stopped, StopRequest
 
 BAD_USAGE = 2

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import logging
 import math
 import sys
 from pathlib import Path
@@ -11,6 +10,7 @@ from pathlib import Path
 import cv2
 
 from protocol.errors import OmmatidiaError
+from protocol.logs import start_logging
 from protocol.stopping import StopRequest
 from sim.arena import random_arena
 from sim.scenario import SCENARIOS, Scenario, load_scenario
@@ -27,7 +27,7 @@ _EXAMPLES = """examples:
 def main() -> int:
     """Run from the command line and return the exit code; whatever stops it becomes one line on stderr."""
     stop = StopRequest()
-    logging.basicConfig(level=logging.INFO, format="%(levelname)s world: %(message)s", force=True)
+    start_logging("world")
     cv2.setNumThreads(1)  # the robots need the other cores
     usage = parser()
     arguments = usage.parse_args()
