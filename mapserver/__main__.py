@@ -19,6 +19,8 @@ from mapserver.servertime import ServerTime
 from mapserver.service import MapService
 from protocol.bus import Bus
 from protocol.errors import OmmatidiaError
+from protocol.logs import start_logging
+from protocol.service_manager import ServiceManager
 from protocol.stage_clock import StageClock
 from protocol.stopping import StopRequest
 
@@ -30,14 +32,14 @@ _log = logging.getLogger(__name__)
 def run(config_file: Path) -> None:
     """Serve until asked to stop. Raises OmmatidiaError where that cannot begin."""
     stop = StopRequest()
-    logging.basicConfig(level=logging.INFO, format="%(levelname)s mapserver: %(message)s", force=True)
+    start_logging("mapserver")
     config = load_config(config_file)
     _log.info("configuration: %s", config.model_dump_json())
-    with Bus.open_router(config.site, config.listen) as bus:
+    with ServiceManager() as manager, Bus.open_router(config.site, config.listen) as bus:
         service = _service(config, bus)
         gc.freeze()  # what is loaded by now lives as long as the process: no collection has to look through it, and hold up setpoints
         print(f"ready {bus.endpoint}", flush=True)
-        service.run(stop.asked)
+        service.run(stop.asked, manager)
 
 
 def main() -> int:

@@ -17,6 +17,7 @@ from mapserver.stopping import StopLatch
 from protocol.bus import Bus
 from protocol.loss import Loss
 from protocol.messages import Poses, ServerStatus
+from protocol.service_manager import ServiceManager
 from protocol.stage_clock import StageClock
 from protocol.topics import (
     ACKNOWLEDGEMENT,
@@ -75,10 +76,12 @@ class MapService:
         self._stops = bus.queries(SERVER_STOP)
         self._clocks = bus.queries(SERVER_CLOCK)
 
-    def run(self, stopping: Callable[[], bool]) -> None:
-        """Turn until `stopping()`."""
+    def run(self, stopping: Callable[[], bool], manager: ServiceManager) -> None:
+        """Turn until `stopping()`, and tell the service manager that it does."""
         self._bus.announce(SERVER_ALIVE)
+        manager.ready()
         while not stopping():
+            manager.turn()
             batch = self._receive()
             if batch is not None:
                 merged = self._step(batch)

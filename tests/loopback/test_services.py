@@ -1,0 +1,45 @@
+"""The services as systemd runs them: they say when they are ready, that their loop turns, and that they end."""
+
+from __future__ import annotations
+
+import os
+import signal
+import socket
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+DEADLINE_S = 30.0
+MAP_SERVER = '[[robots]]\nname = "r1"\n'
+
+
+@pytest.fixture
+def systemd(tmp_path: Path) -> Iterator[socket.socket]:
+    """Yield a socket that listens as systemd does."""
+    with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as listener:
+        listener.bind(str(tmp_path / "notify"))
+        listener.settimeout(DEADLINE_S)
+        yield listener
+
+
+def test_the_map_server_is_ready_feeds_its_watchdog_and_says_that_it_ends(systemd: socket.socket, tmp_path: Path) -> None:
+    (tmp_path / "mapserver.toml").write_text(MAP_SERVER)
+    environment = {**os.environ, "NOTIFY_SOCKET": systemd.getsockname(), "WATCHDOG_USEC": "300000"}
+    command = [sys.executable, "-m", "mapserver", "--config", str(tmp_path / "mapserver.toml")]
+    with subprocess.Popen(command, cwd=ROOT, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as server:
+        assert systemd.recv(4096) == b"READY=1"
+        assert systemd.recv(4096) == b"WATCHDOG=1"
+        server.send_signal(signal.SIGTERM)
+        assert _last(systemd) == b"STOPPING=1"
+        assert server.wait(DEADLINE_S) == 0
+
+
+def _last(systemd: socket.socket) -> bytes:
+    """Return the first message that is no feeding."""
+    while (message := systemd.recv(4096)) == b"WATCHDOG=1":
+        pass
+    return message
