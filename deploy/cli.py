@@ -25,6 +25,8 @@ app = typer.Typer(
     add_completion=False,
     pretty_exceptions_enable=False,
 )
+config_app = typer.Typer(help="Settings files.", no_args_is_help=True)
+app.add_typer(config_app, name="config")
 
 RecordingFolder = Annotated[Path, typer.Argument(metavar="RECORDING", help="Folder that holds robots.yaml.", show_default=False)]
 OutFolder = Annotated[
@@ -169,6 +171,22 @@ def release(endpoint: Endpoint, robots: Robots = None, site: Site = "home", reas
     from deploy.stop_command import order_stop
 
     order_stop("release", robots or [], endpoint, site, reason, print)
+
+
+@config_app.command(
+    epilog="Examples:\n\nommatidia config check /etc/ommatidia/agent.toml\n\nommatidia config check mine.toml --role scenario"
+)
+def check(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="Settings, as TOML.", show_default=False)],
+    role: Annotated[
+        Literal["agent", "mapserver", "scenario"] | None,
+        typer.Option(help="Whose settings they are to be; told from the file if not given.", show_default=False),
+    ] = None,
+) -> None:
+    """Say whether a settings file can be used; if not, what is wrong, where, and what to do."""
+    from deploy.config_command import check_config
+
+    check_config(file, role, print)
 
 
 def main() -> NoReturn:
