@@ -11,6 +11,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Self
 
+from agent.local_clock import LocalClock, parse_clock
 from agent.pipe import Pipe
 from protocol.errors import DriverError
 from protocol.stopping import Stopped
@@ -28,11 +29,12 @@ class Child:
         self._name, self._process = name, process
 
     @classmethod
-    def start(cls, name: str, module: str, config_file: Path) -> Self:
-        """Start a module for the robot in a configuration file; `name` is what a person calls it."""
+    def start(cls, name: str, module: str, config_file: Path, clock: LocalClock) -> Self:
+        """Start a module for the robot in a configuration file, by the same clock; `name` is what a person calls it."""
         ours, theirs = socket.socketpair()
         with theirs:
-            command = [sys.executable, "-m", module, "--config", str(config_file.absolute()), "--pipe", str(theirs.fileno())]
+            told = ["--config", str(config_file.absolute()), "--clock", clock.argument(), "--pipe", str(theirs.fileno())]
+            command = [sys.executable, "-m", module, *told]
             process = subprocess.Popen(command, cwd=_PACKAGES, pass_fds=[theirs.fileno()], stdin=subprocess.DEVNULL, start_new_session=True)
         return cls(name, process, Pipe(ours))
 
@@ -56,10 +58,11 @@ class Child:
             return self._process.wait()
 
 
-def told(module: str, about: str, arguments: Sequence[str]) -> tuple[Path, Pipe]:
-    """Return what the child was told on its command line: the robot's configuration file, and its own end of the pipe."""
+def told(module: str, about: str, arguments: Sequence[str]) -> tuple[Path, LocalClock, Pipe]:
+    """Return what the child was told on its command line: the robot's configuration file, its clock, and its own end of the pipe."""
     parser = argparse.ArgumentParser(prog=module, description=about)
     parser.add_argument("--config", type=Path, required=True)
+    parser.add_argument("--clock", default="", help="which clock the robot goes by")
     parser.add_argument("--pipe", type=int, required=True, help="file descriptor of the socket to the process that started it")
     options = parser.parse_args(arguments)
-    return options.config, Pipe(socket.socket(fileno=options.pipe))
+    return options.config, parse_clock(options.clock), Pipe(socket.socket(fileno=options.pipe))

@@ -15,10 +15,12 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from agent.child import told
+from agent.clock_map import ServerStamps
 from agent.config import load_config
 from agent.drivers.bus_wheels import BusWheels
 from agent.drivers.wheels import Wheels
 from agent.guard_pipe import DriveOrder, GuardReport, Instruction, Latch, LatchOrder
+from agent.local_clock import LocalClock
 from agent.pipe import Pipe
 from protocol.errors import OmmatidiaError
 from protocol.logs import start_logging
@@ -36,10 +38,10 @@ _log = logging.getLogger(__name__)
 
 
 class Guard:
-    """Stands between a helm and its wheels."""
+    """Stands between a helm and its wheels. `stamps` learns from the helm by what the wheels' readings are stamped."""
 
-    def __init__(self, wheels: Wheels, pipe: Pipe, clock_s: Callable[[], float] = time.monotonic) -> None:
-        self._wheels, self._pipe, self._clock_s = wheels, pipe, clock_s
+    def __init__(self, wheels: Wheels, pipe: Pipe, stamps: ServerStamps, clock_s: Callable[[], float] = time.monotonic) -> None:
+        self._wheels, self._pipe, self._stamps, self._clock_s = wheels, pipe, stamps, clock_s
         self._beat_s: float | None = None  # when the helm's last instruction came; None while it is silent
         self._until_s: float | None = None  # until when the last order holds; None while there is none
         self._applied, self._latch = _STANDING, _FREE
@@ -72,6 +74,7 @@ class Guard:
 
     def _follow(self, instruction: Instruction) -> None:
         self._beat_s = self._clock_s()
+        self._stamps.learn(instruction.clock)
         if instruction.latch is not None:
             self._hold(instruction.latch)
         if instruction.drive is not None:
@@ -113,10 +116,10 @@ class Guard:
 def main(arguments: list[str]) -> int:
     """Run the guard of the robot in a configuration file, over an inherited socket; return the exit code."""
     stop = StopRequest()
-    config_file, pipe = told("agent.guard", "The wheel guard; a helm starts it.", arguments)
+    config_file, clock, pipe = told("agent.guard", "The wheel guard; a helm starts it.", arguments)
     start_logging("wheel guard")
     try:
-        _guard(config_file, pipe, stop)
+        _guard(config_file, clock, pipe, stop)
     except Stopped:
         return 0
     except OmmatidiaError as error:  # the agent will tell it to the person
@@ -125,8 +128,9 @@ def main(arguments: list[str]) -> int:
     return 0
 
 
-def _guard(config_file: Path, pipe: Pipe, stop: StopRequest) -> None:
+def _guard(config_file: Path, clock: LocalClock, pipe: Pipe, stop: StopRequest) -> None:
     config = load_config(config_file)
+    stamps = ServerStamps(clock)  # a driver with times of its own turns them into stamps by this
 
     def gone() -> bool:
         pipe.take(Instruction)
@@ -134,7 +138,7 @@ def _guard(config_file: Path, pipe: Pipe, stop: StopRequest) -> None:
 
     with News() as news, open_client(config.robot.site, config.wheels.endpoint, gone, news) as bus:
         news.watch(pipe)  # an order is carried out as it comes
-        Guard(BusWheels(bus, config.robot.name, config.drive.max_wheel_rad_s), pipe).run(stop.asked)
+        Guard(BusWheels(bus, config.robot.name, config.drive.max_wheel_rad_s), pipe, stamps).run(stop.asked)
 
 
 if __name__ == "__main__":

@@ -6,6 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, FiniteFloat
 
+from agent.clock_map import ClockMap
 from protocol.fields import Count, Message, StampNs
 from protocol.messages import WheelCommand, WheelReadings
 
@@ -34,6 +35,7 @@ class Instruction(Message):
     count: Count
     drive: DriveOrder | None = None
     latch: LatchOrder | None = None
+    clock: ClockMap | None = None  # by which the wheels' readings are to be stamped; None while there is none
 
 
 class Latch(Message):

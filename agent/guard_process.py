@@ -6,12 +6,15 @@ import logging
 import time
 from collections.abc import Callable, Mapping
 from contextlib import suppress
+from functools import partial
 from pathlib import Path
 from types import MappingProxyType
 from typing import Self
 
 from agent.child import START_S, Child
+from agent.clock_map import ClockMap
 from agent.guard_pipe import DriveOrder, GuardReport, Instruction, Latch, LatchOrder
+from agent.local_clock import LocalClock
 from protocol.errors import DriverError
 from protocol.messages import WheelReadings
 from protocol.stopping import Stopped
@@ -26,18 +29,20 @@ _log = logging.getLogger(__name__)
 class GuardProcess:
     """A running wheel guard. Use it as a context manager: the guard stops the wheels and ends with it, or with this process.
 
-    A guard that was killed could not stop the wheels. Another is then started from the configuration file, which begins by that.
+    A guard that was killed could not stop the wheels. A successor is then started, which begins by that.
     """
 
-    def __init__(self, child: Child, config_file: Path | None = None) -> None:
-        self._child, self._config_file = child, config_file
+    def __init__(self, child: Child, successor: Callable[[], Child] | None = None) -> None:
+        self._child, self._successor = child, successor
         self._instructions = 0
+        self._clock_map: ClockMap | None = None
         self._last: GuardReport | None = None
 
     @classmethod
-    def start(cls, config_file: Path) -> Self:
-        """Start the guard of the robot in a configuration file."""
-        return cls(_spawn(config_file), config_file)
+    def start(cls, config_file: Path, clock: LocalClock) -> Self:
+        """Start the guard of the robot in a configuration file, by this clock."""
+        spawn = partial(Child.start, "wheel guard", "agent.guard", config_file, clock)
+        return cls(spawn(), spawn)
 
     @property
     def refused(self) -> Mapping[str, int]:
@@ -59,8 +64,12 @@ class GuardProcess:
 
     def instruct(self, drive: DriveOrder | None = None, latch: LatchOrder | None = None) -> None:
         """Tell the guard that the helm's loop turns, and what to do."""
-        self._child.pipe.send(Instruction(count=self._instructions, drive=drive, latch=latch))
+        self._child.pipe.send(Instruction(count=self._instructions, drive=drive, latch=latch, clock=self._clock_map))
         self._instructions += 1
+
+    def stamp_by(self, clock_map: ClockMap | None) -> None:
+        """Have every instruction from now on tell the guard by what to stamp."""
+        self._clock_map = clock_map
 
     def take(self) -> list[WheelReadings]:
         """Return the readings that have come, oldest first. Raises DriverError where the guard has ended."""
@@ -84,12 +93,12 @@ class GuardProcess:
         return self._last is not None
 
     def _stop_wheels_anew(self) -> None:
-        """Have another guard stop the wheels; called once, since that one has no configuration file to start a third from."""
-        if self._config_file is None:
+        """Have another guard stop the wheels; called once, since that one has no successor."""
+        if self._successor is None:
             return
         _log.error("the wheel guard was killed; another one stops the wheels")
         deadline_s = time.monotonic() + START_S
-        with GuardProcess(_spawn(self._config_file)) as successor, suppress(Stopped):
+        with GuardProcess(self._successor()) as successor, suppress(Stopped):
             successor.wait_ready(lambda: time.monotonic() > deadline_s)
 
     def __enter__(self) -> Self:
@@ -97,7 +106,3 @@ class GuardProcess:
 
     def __exit__(self, *_: object) -> None:
         self.close()
-
-
-def _spawn(config_file: Path) -> Child:
-    return Child.start("wheel guard", "agent.guard", config_file)

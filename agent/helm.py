@@ -15,6 +15,7 @@ from agent.child import told
 from agent.config import load_config
 from agent.guard_process import GuardProcess
 from agent.helm_pipe import HelmReport, Look
+from agent.local_clock import LocalClock
 from agent.pipe import Pipe
 from agent.steering import Steering
 from protocol.errors import OmmatidiaError
@@ -26,10 +27,10 @@ from protocol.stopping import Stopped, StopRequest, open_client
 def main(arguments: list[str]) -> int:
     """Steer the robot in a configuration file, over an inherited socket; return the exit code."""
     stop = StopRequest()
-    config_file, pipe = told("agent.helm", "The helm; an agent starts it.", arguments)
+    config_file, clock, pipe = told("agent.helm", "The helm; an agent starts it.", arguments)
     start_logging("helm")
     try:
-        _steer(config_file, pipe, stop)
+        _steer(config_file, clock, pipe, stop)
     except Stopped:
         return 0
     except OmmatidiaError as error:  # the agent tells it to the person
@@ -38,7 +39,7 @@ def main(arguments: list[str]) -> int:
     return 0
 
 
-def _steer(config_file: Path, pipe: Pipe, stop: StopRequest) -> None:
+def _steer(config_file: Path, clock: LocalClock, pipe: Pipe, stop: StopRequest) -> None:
     """Start guard and link, and steer; the guard ends with it."""
 
     def gone() -> bool:
@@ -48,13 +49,13 @@ def _steer(config_file: Path, pipe: Pipe, stop: StopRequest) -> None:
     if gone():
         return  # while Python was loading; a guard would have to be loaded as well, only to end
     with ExitStack() as stack:
-        guard = stack.enter_context(GuardProcess.start(config_file))  # first: from here on the wheels stand
+        guard = stack.enter_context(GuardProcess.start(config_file, clock))  # first: from here on the wheels stand
         config = load_config(config_file)
         news = stack.enter_context(News())
         news.watch(guard)
         news.watch(pipe)
         bus = stack.enter_context(open_client(config.robot.site, config.robot.endpoint, gone, news))
-        steering = Steering(config, bus, guard, pipe)
+        steering = Steering(config, bus, guard, pipe, clock)
         guard.wait_ready(gone)
         gc.freeze()  # what is loaded by now lives as long as the process: no collection has to look through it, and hold up the wheels
         steering.run(stop.asked, news.wait)

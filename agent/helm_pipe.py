@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pydantic import FiniteFloat
 
+from agent.clock_map import ClockMap
 from protocol.fields import Count, Message
 from protocol.messages import Drive, LocalMap, WheelReadings
 
@@ -23,3 +24,5 @@ class HelmReport(Message):
     drive: Drive
     why: str  # the robot is not being driven, in one line for a person; empty where there is nothing to say
     refused: dict[str, Count]  # what came in place of setpoints, poses and readings, by reason
+    knows_clock: bool = False  # what the map server's clock reads, by a map or by what it announces
+    clock: ClockMap | None = None  # by which frames are to be stamped; None while there is none, and in a world's clock

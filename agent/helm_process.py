@@ -8,7 +8,9 @@ from types import MappingProxyType
 from typing import Self
 
 from agent.child import START_S, Child
+from agent.clock_map import ClockMap, ServerStamps
 from agent.helm_pipe import HelmReport, Look
+from agent.local_clock import LocalClock
 from protocol.errors import DriverError
 from protocol.geometry import Array
 from protocol.messages import Drive, LocalMap, WheelReadings
@@ -17,16 +19,19 @@ _END_S = START_S + 5.0  # where its guard was killed, the helm has another one s
 
 
 class HelmProcess:
-    """A running helm. Use it as a context manager: the helm has the wheels stopped and ends with it, or with this process."""
+    """A running helm. Use it as a context manager: the helm has the wheels stopped and ends with it, or with this process.
 
-    def __init__(self, child: Child) -> None:
-        self._child = child
+    `stamps` learns from the helm by what frames are stamped.
+    """
+
+    def __init__(self, child: Child, stamps: ServerStamps) -> None:
+        self._child, self._stamps = child, stamps
         self._last: HelmReport | None = None
 
     @classmethod
-    def start(cls, config_file: Path) -> Self:
-        """Start the helm of the robot in a configuration file."""
-        return cls(Child.start("helm", "agent.helm", config_file))
+    def start(cls, config_file: Path, clock: LocalClock, stamps: ServerStamps) -> Self:
+        """Start the helm of the robot in a configuration file, by this clock."""
+        return cls(Child.start("helm", "agent.helm", config_file, clock), stamps)
 
     @property
     def refused(self) -> Mapping[str, int]:
@@ -37,6 +42,16 @@ class HelmProcess:
     def fares(self) -> tuple[Drive, str]:
         """How the robot is being driven, and why it is not, in one line for a person, empty where there is nothing to say."""
         return ("standing", "") if self._last is None else (self._last.drive, self._last.why)
+
+    @property
+    def knows_clock(self) -> bool:
+        """Whether the helm knows the map server's clock."""
+        return self._last is not None and self._last.knows_clock
+
+    @property
+    def clock(self) -> ClockMap | None:
+        """The map server's clock by the robot's own; None where it is not known, and in a world's clock."""
+        return None if self._last is None else self._last.clock
 
     def fileno(self) -> int:
         """Return the descriptor on which something can be read once the helm has said something."""
@@ -60,6 +75,7 @@ class HelmProcess:
             raise DriverError("the helm was ended by something else; without it no wheel may turn")
         if reports:
             self._last = reports[-1]
+            self._stamps.learn(self._last.clock)
         return [report.readings for report in reports if report.readings is not None]
 
     def close(self) -> None:

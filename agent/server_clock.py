@@ -7,6 +7,8 @@ from collections import deque
 from collections.abc import Callable
 from typing import Protocol
 
+from agent.clock_map import ClockMap
+from agent.local_clock import LocalClock
 from protocol.answers import Answer
 from protocol.messages import ClockReading
 from protocol.topics import SERVER_CLOCK, Query
@@ -44,8 +46,8 @@ class ServerClock:
     counts. World time stands between two stamps, so there the newest stamp heard is what the clock reads.
     """
 
-    def __init__(self, bus: Asking, clock_s: Callable[[], float] = time.monotonic) -> None:
-        self._bus, self._clock_s = bus, clock_s
+    def __init__(self, bus: Asking, local: LocalClock, clock_s: Callable[[], float] = time.monotonic) -> None:
+        self._bus, self._local, self._clock_s = bus, local, clock_s
         self._answers: Answering | None = None
         self._asked_s = -ASK_S
         self._readings: deque[Answer[ClockReading]] = deque(maxlen=_KEPT)
@@ -81,12 +83,27 @@ class ServerClock:
         """Ask anew, since the server is another one; what the last one said holds until then."""
         self._is_outdated, self._asked_s = True, -ASK_S
 
+    @property
+    def is_known(self) -> bool:
+        """Whether the server has said what its clock reads."""
+        return bool(self._readings)
+
     def now_ns(self) -> int | None:
         """Return what the server's clock reads; None as long as the server has not said."""
-        if not self._readings:
-            return None
-        if self._readings[-1].message.runs == "world":
+        if self._readings and self._readings[-1].message.runs == "world":
             return self._heard_ns
+        now = self.clock_map()
+        return None if now is None else now.stamp_ns(self._local_ns(self._clock_s()))
+
+    def clock_map(self) -> ClockMap | None:
+        """Return by what to stamp; None as long as the server has not said, and in a world's clock."""
+        if not self._readings or self._readings[-1].message.runs == "world":
+            return None
         quickest = min(self._readings, key=lambda answer: answer.arrived_s - answer.asked_s)
-        middle_s = 0.5 * (quickest.asked_s + quickest.arrived_s)
-        return quickest.message.stamp_ns + round(1e9 * (self._clock_s() - middle_s))
+        round_trip_s = quickest.arrived_s - quickest.asked_s
+        now_ns = self._local_ns(self._clock_s())
+        passed_ns = now_ns - self._local_ns(quickest.asked_s + 0.5 * round_trip_s)
+        return ClockMap(local_ns=now_ns, server_ns=quickest.message.stamp_ns + passed_ns, rate=1.0, sigma_s=0.5 * round_trip_s)
+
+    def _local_ns(self, monotonic_s: float) -> int:
+        return self._local.at_ns(round(1e9 * monotonic_s))

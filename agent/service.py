@@ -9,6 +9,7 @@ from collections.abc import Callable, Mapping
 from typing import Protocol
 
 from agent import debug
+from agent.clock_map import ClockMap
 from agent.config import AgentConfig
 from agent.drivers.camera import Camera, CapturedFrame
 from agent.pipeline import Pipeline, Step
@@ -29,6 +30,7 @@ NOT_GROWING = "frame: stamp does not grow"
 UNUSED = "picture: not usable"
 WHEELS_LATE = "wheel readings: late"
 WHEELS_ENDED = "wheel readings: ended before the frame"
+CLOCK_UNKNOWN = "clock: not known yet"
 
 _log = logging.getLogger(__name__)
 
@@ -44,6 +46,16 @@ class Helm(Protocol):
     @property
     def fares(self) -> tuple[Drive, str]:
         """How the robot is being driven, and why it is not, in one line for a person, empty where there is nothing to say."""
+        ...
+
+    @property
+    def knows_clock(self) -> bool:
+        """Whether the map server's clock is known."""
+        ...
+
+    @property
+    def clock(self) -> ClockMap | None:
+        """The map server's clock by the robot's own, where stamps follow from that."""
         ...
 
     def see(self, local_map: LocalMap, angles_rad: Array) -> None:
@@ -112,6 +124,7 @@ class Service:
             bytes_sent=self._bus.bytes_sent,
             stages=self._clock.times(),
             rig=self._pipeline.rig,
+            clock=None if self._helm.clock is None else self._helm.clock.differs(),
         )
 
     def _feel(self) -> None:
@@ -197,6 +210,8 @@ class Service:
 
     def _trouble(self) -> str:
         """Return what keeps the robot from mapping well, or nothing."""
+        if not self._helm.knows_clock:
+            return CLOCK_UNKNOWN
         if self._frames["received"] == 0:
             return "waiting for the first frame"
         silent_s = self._clock_s() - self._last_frame_s

@@ -10,10 +10,12 @@ from typing import Protocol
 
 import numpy as np
 
+from agent.clock_map import ClockMap
 from agent.config import AgentConfig
 from agent.driver_seat import DriverSeat
 from agent.guard_pipe import DriveOrder, Latch, LatchOrder
 from agent.helm_pipe import HelmReport, Look
+from agent.local_clock import LocalClock
 from agent.pipe import Pipe
 from agent.server_clock import ServerClock
 from agent.stop_desk import StopDesk
@@ -45,6 +47,10 @@ class WheelGuard(Protocol):
         """Tell it that the loop turns, and what to do."""
         ...
 
+    def stamp_by(self, clock_map: ClockMap | None) -> None:
+        """Have every instruction from now on tell it by what to stamp."""
+        ...
+
     def take(self) -> list[WheelReadings]:
         """Return the readings that have come, oldest first."""
         ...
@@ -53,14 +59,22 @@ class WheelGuard(Protocol):
 class Steering:
     """Listens to swarm, wheels and agent, and hands the guard its orders; never waits for an answer but the server clock's at the start.
 
-    `pipe` leads to the agent.
+    `pipe` leads to the agent. `local` is the clock that stamps are found by; whether anything is too old is told by `clock_s` alone.
     """
 
-    def __init__(self, config: AgentConfig, bus: Bus, guard: WheelGuard, pipe: Pipe, clock_s: Callable[[], float] = time.monotonic) -> None:
+    def __init__(
+        self,
+        config: AgentConfig,
+        bus: Bus,
+        guard: WheelGuard,
+        pipe: Pipe,
+        local: LocalClock,
+        clock_s: Callable[[], float] = time.monotonic,
+    ) -> None:
         robot = config.robot.name
         self._bus, self._guard, self._pipe, self._clock_s = bus, guard, pipe, clock_s
         self._wheels = WheelHistory()
-        self._server_clock = ServerClock(bus, clock_s)
+        self._server_clock = ServerClock(bus, local, clock_s)
         self._seat = DriverSeat(
             robot, config.body.body(), config.drive.limits(), config.drive.margin_m, self._wheels, self._server_clock.now_ns, clock_s
         )
@@ -69,6 +83,7 @@ class Steering:
         self._epoch: int | None = None  # of the map server
         self._beat_s = -math.inf  # when the guard was last told anything
         self._reported: HelmReport | None = None
+        self._clock_map: ClockMap | None = None
 
     def run(self, stopping: Callable[[], bool], wait: Callable[[float], object]) -> None:
         """Turn until asked to stop, or until the agent is gone; `wait` sleeps for at most some seconds, until there is news.
@@ -99,6 +114,8 @@ class Steering:
     def _listen(self) -> None:
         """Take what came from swarm and agent, what was sent last first: setpoints build on poses, and these on what the agent has seen."""
         self._server_clock.turn()
+        self._clock_map = self._server_clock.clock_map()
+        self._guard.stamp_by(self._clock_map)
         for world_time in self._world_times.take():
             self._server_clock.hear(world_time.stamp_ns)
         broadcasts = self._setpoints.take()
@@ -122,7 +139,15 @@ class Steering:
     def _report(self, taken: list[WheelReadings]) -> None:
         """Hand the wheels' readings on to the agent, and how the robot fares where that has changed."""
         drive, why = self._fares()
-        fares = HelmReport(fault="", readings=None, drive=drive, why=why, refused=self._refused())
+        fares = HelmReport(
+            fault="",
+            readings=None,
+            drive=drive,
+            why=why,
+            refused=self._refused(),
+            knows_clock=self._server_clock.is_known,
+            clock=self._clock_map,
+        )
         for readings in taken:
             self._pipe.send(fares.model_copy(update={"readings": readings}))
         if fares != self._reported and not taken:

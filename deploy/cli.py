@@ -142,11 +142,16 @@ def demo(
 
 
 @app.command(epilog="Examples:\n\nommatidia agent --config /etc/ommatidia/agent.toml")
-def agent(config: ConfigFile) -> None:
+def agent(
+    config: ConfigFile,
+    clock: Annotated[
+        str, typer.Option(metavar="KEY=NUMBER,...", help="Go by a bad clock, to try one out: offset_s, drift_ppm, step_s, step_at_s.")
+    ] = "",
+) -> None:
     """Run a robot: from its camera and wheels to local maps."""
     from agent.__main__ import run_agent
 
-    raise typer.Exit(run_agent(config))
+    raise typer.Exit(run_agent(config, clock))
 
 
 @app.command(epilog="Examples:\n\nommatidia mapserver --config /etc/ommatidia/mapserver.toml")

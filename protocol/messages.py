@@ -28,7 +28,7 @@ from protocol.fields import (
     packed_as,
 )
 
-PROTOCOL_VERSION = 3
+PROTOCOL_VERSION = 4
 
 UNKNOWN, FREE, OCCUPIED = 0, 1, 2  # a cell of the map
 
@@ -229,6 +229,14 @@ class RigValue(Message):
     sigma: Annotated[FiniteFloat, Field(ge=0.0)] | None  # None: taken from the drawing, since nothing that is seen tells it
 
 
+class ClockOffset(Message):
+    """How the map server's clock and a robot's own differ, as the robot has measured it."""
+
+    offset_s: FiniteFloat  # by which the server's is ahead
+    drift_ppm: FiniteFloat  # by how much the server's runs faster
+    sigma_s: Annotated[FiniteFloat, Field(ge=0.0)]  # of the offset
+
+
 class AgentStatus(Message):
     """How one agent fares."""
 
@@ -241,6 +249,7 @@ class AgentStatus(Message):
     bytes_sent: Count
     stages: dict[str, StageTimes]
     rig: tuple[RigValue, ...] = ()  # empty where the method takes the drawing as it is
+    clock: ClockOffset | None = None  # None: not known yet, or a world's clock, which runs by what is announced
 
 
 class ServerStatus(Message):

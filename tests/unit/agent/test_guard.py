@@ -9,9 +9,11 @@ from dataclasses import dataclass, field
 import numpy as np
 import pytest
 
+from agent.clock_map import ServerStamps
 from agent.control.twist import within_wheel_speed
 from agent.guard import CYCLE_S, HEARTBEAT_LIMIT_S, Guard
 from agent.guard_pipe import DriveOrder, GuardReport, Instruction, LatchOrder
+from agent.local_clock import LocalClock
 from agent.pipe import Pipe
 from protocol.errors import DecodeError, DriverError
 from protocol.fields import Packed
@@ -85,7 +87,7 @@ def robot() -> Iterator[Robot]:
     agent, guard = socket.socketpair()
     with agent, guard:
         wheels, pipe = FakeWheels(), Pipe(guard)
-        yield Robot(wheels, Pipe(agent), pipe, Guard(wheels, pipe, lambda: wheels.now_s))
+        yield Robot(wheels, Pipe(agent), pipe, Guard(wheels, pipe, ServerStamps(LocalClock()), lambda: wheels.now_s))
 
 
 def order(left_rad_s: float = 3.0, right_rad_s: float = 4.0, valid_s: float = 0.45, answers_ns: int = 7) -> DriveOrder:

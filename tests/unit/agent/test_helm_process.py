@@ -12,8 +12,10 @@ import numpy as np
 import pytest
 
 from agent.child import Child
+from agent.clock_map import ServerStamps
 from agent.helm_pipe import HelmReport, Look
 from agent.helm_process import HelmProcess
+from agent.local_clock import LocalClock
 from agent.pipe import Pipe
 from protocol.errors import DriverError
 from protocol.fields import Packed
@@ -41,7 +43,7 @@ def ends() -> Iterator[Ends]:
     ours, theirs = socket.socketpair()
     process = subprocess.Popen([sys.executable, "-c", "input()"], stdin=theirs.fileno(), stderr=subprocess.DEVNULL)
     with ours, theirs:
-        yield Ends(HelmProcess(Child("helm", process, Pipe(ours))), Pipe(theirs), process)
+        yield Ends(HelmProcess(Child("helm", process, Pipe(ours)), ServerStamps(LocalClock())), Pipe(theirs), process)
         process.kill()
         process.wait()
 

@@ -7,6 +7,7 @@ from typing import Literal
 
 import pytest
 
+from agent.local_clock import LocalClock
 from agent.server_clock import ASK_S, HASTE_S, ServerClock
 from protocol.answers import Answer
 from protocol.messages import ClockReading
@@ -48,7 +49,7 @@ def server() -> FakeServer:
 
 @pytest.fixture
 def clock(server: FakeServer) -> ServerClock:
-    return ServerClock(server, lambda: server.now_s)
+    return ServerClock(server, LocalClock(), lambda: server.now_s)
 
 
 def test_without_an_answer_nothing_is_known(clock: ServerClock) -> None:

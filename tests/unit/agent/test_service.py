@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from agent.clock_map import ClockMap
 from agent.drivers.bus_camera import UNDECODABLE
 from agent.drivers.camera import CapturedFrame
 from agent.pipeline import Step
@@ -42,6 +43,8 @@ class World:
     refused: Mapping[str, int] = field(default_factory=dict)
     now_s: float = 100.0
     fares: tuple[Drive, str] = ("standing", "")
+    knows_clock: bool = True
+    clock: ClockMap | None = None
     seen: list[int] = field(default_factory=list)
 
     def read(self) -> CapturedFrame | None:

@@ -9,9 +9,11 @@ from dataclasses import dataclass, field
 import numpy as np
 import pytest
 
+from agent.clock_map import ClockMap
 from agent.guard import HEARTBEAT_LIMIT_S
 from agent.guard_pipe import DriveOrder, Latch, LatchOrder
 from agent.helm_pipe import HelmReport, Look
+from agent.local_clock import LocalClock
 from agent.pipe import Pipe
 from agent.steering import Steering
 from protocol.bus import Bus
@@ -41,6 +43,8 @@ class FakeGuard:
         self.beats += 1
         self.orders += [] if drive is None else [drive]
 
+    def stamp_by(self, clock_map: ClockMap | None) -> None: ...
+
     def take(self) -> list[WheelReadings]:
         taken, self.readings = self.readings, []
         return taken
@@ -58,7 +62,7 @@ class Helm:
     now_s: float = 100.0
 
     def __post_init__(self) -> None:
-        self.steering = Steering(CONFIG, self.robot, self.guard, self.pipe, lambda: self.now_s)
+        self.steering = Steering(CONFIG, self.robot, self.guard, self.pipe, LocalClock(), lambda: self.now_s)
 
     def learn_clock(self, stamp_ms: int) -> None:
         """Have the swarm's clock asked for, and answer."""
