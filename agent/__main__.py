@@ -6,7 +6,7 @@ import argparse
 import gc
 import logging
 import sys
-from contextlib import ExitStack
+from contextlib import ExitStack, closing
 from functools import partial
 from pathlib import Path
 
@@ -15,7 +15,7 @@ import cv2
 from agent.calibration import read_calibration
 from agent.clock_map import ServerStamps
 from agent.config import AgentConfig, load_config
-from agent.drivers.bus_camera import BusCamera
+from agent.drivers.cameras import open_camera
 from agent.helm_process import HelmProcess
 from agent.local_clock import parse_clock
 from agent.methods import make_pipeline
@@ -49,10 +49,13 @@ def _serve(config_file: Path, clock: str, config: AgentConfig, stop: StopRequest
         news = stack.enter_context(News())
         news.watch(helm)
         bus = stack.enter_context(open_client(config.robot.site, config.robot.endpoint, stop.asked, news))
-        world = stack.enter_context(open_client(config.robot.site, config.camera.endpoint, stop.asked, news))
         pipeline = make_pipeline(config.robot.name, epoch, config.robot.method, config.body.body(), calibration, stage_clock)
         helm.wait_ready(stop.asked)
-        camera = BusCamera(world, config.robot.name, (calibration.width_px, calibration.height_px), stage_clock)
+        size_px = (calibration.width_px, calibration.height_px)
+        camera = open_camera(
+            config.robot, config.camera, size_px, news=news, stopping=stop.asked, stamp_ns=stamps.stamp_ns, clock=stage_clock
+        )
+        stack.enter_context(closing(camera))
         gc.freeze()  # what is loaded by now lives as long as the process: no collection has to look through it
         _log.info("ready, epoch %d", epoch)
         Service(config, camera, helm, bus, pipeline, wait=news.wait, epoch=epoch, clock=stage_clock).run(stop.asked)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated, Literal
 
-from pydantic import Field
+from pydantic import BeforeValidator, Field
 
 from agent.control.limits import DriveLimits
 from agent.rig import Body
@@ -15,6 +15,16 @@ from protocol.settings import Settings, load_toml
 Endpoint = Annotated[str, Field(pattern=r"^(tcp|tls)/[^/\s]+:\d{1,5}$")]  # such as tcp/192.168.1.20:7447
 Limit = Annotated[float, Field(gt=0.0, le=100.0, allow_inf_nan=False)]
 Length = Annotated[float, Field(gt=0.0, le=5.0, allow_inf_nan=False)]  # [m]; no robot here is larger
+
+
+Rate = Annotated[float, Field(gt=0.0, le=240.0, allow_inf_nan=False)]
+Exposure = Annotated[float, Field(ge=0.0, le=1.0, allow_inf_nan=False)]
+ColourGain = Annotated[float, Field(ge=0.0, le=32.0, allow_inf_nan=False)]
+
+
+def _on_the_bus(table: object) -> object:
+    """Name the driver of a table that names none."""
+    return {"driver": "bus", **table} if isinstance(table, dict) else table
 
 
 class RobotSettings(Settings):
@@ -41,12 +51,49 @@ class BodySettings(Settings):
         return Body(**self.model_dump())
 
 
-class CameraSettings(Settings):
-    """Where frames come from, and the lens they were taken through."""
+class BusCameraSettings(Settings):
+    """A camera in a world on the other side of a bus: a recording's, or a rendered one's."""
 
     driver: Literal["bus"] = "bus"
     endpoint: Endpoint
     calibration: Path  # sensor.yaml, relative to the configuration file
+
+
+class V4l2CameraSettings(Settings):
+    """A camera behind Video4Linux: USB, or a board's own. It is asked for pictures of the calibration's size."""
+
+    driver: Literal["v4l2"]
+    calibration: Path
+    device: Path = Path("/dev/ommatidia-camera")  # a name that stays: of a udev rule, or below /dev/v4l/by-id
+    rate_hz: Rate = 10.0  # more than the agent can take costs time and tells nothing: it sees the newest frame only
+    mjpg: bool = True  # compressed by the camera: several cameras, or large pictures, are too much for one USB bus otherwise
+    exposure_s: Exposure = 0.01  # 0: the camera's own choice. Fixed keeps the floor's brightness; 0.01 and 0.02 do not flicker at 50 Hz
+    white_balance_k: Annotated[int, Field(ge=0, le=20_000)] = 4600  # 0: the camera's own choice, by which colours drift
+
+
+class PiCameraSettings(Settings):
+    """A Raspberry Pi's camera on its ribbon cable, by the package picamera2, which Raspberry Pi OS brings along."""
+
+    driver: Literal["picamera2"]
+    calibration: Path
+    number: Annotated[int, Field(ge=0, le=7)] = 0  # as `rpicam-hello --list-cameras` counts them
+    rate_hz: Rate = 10.0
+    exposure_s: Exposure = 0.01  # 0: the camera's own choice, of the gain too
+    gain: Annotated[float, Field(ge=1.0, le=64.0, allow_inf_nan=False)] = 4.0
+    red_gain: ColourGain = 0.0  # both 0: the camera's own white balance
+    blue_gain: ColourGain = 0.0
+
+
+class VideoFileSettings(Settings):
+    """A film, played once in its own time."""
+
+    driver: Literal["video"]
+    calibration: Path
+    file: Path  # relative to the configuration file
+
+
+LocalCameraSettings = V4l2CameraSettings | PiCameraSettings | VideoFileSettings
+CameraSettings = Annotated[BusCameraSettings | LocalCameraSettings, Field(discriminator="driver"), BeforeValidator(_on_the_bus)]
 
 
 class WheelSettings(Settings):
@@ -82,7 +129,10 @@ class AgentConfig(Settings):
 
 
 def load_config(file: Path) -> AgentConfig:
-    """Return the configuration, the calibration's path made absolute; raises ConfigError that names file and field."""
+    """Return the configuration, the paths of the camera's files made absolute; raises ConfigError that names file and field."""
     config = load_toml(file, AgentConfig)
-    calibration = file.absolute().parent / config.camera.calibration
-    return config.model_copy(update={"camera": config.camera.model_copy(update={"calibration": calibration})})
+    camera, folder = config.camera, file.absolute().parent
+    files = {"calibration": folder / camera.calibration}
+    if isinstance(camera, VideoFileSettings):
+        files["file"] = folder / camera.file
+    return config.model_copy(update={"camera": camera.model_copy(update=files)})

@@ -212,6 +212,8 @@ class Service:
         """Return what keeps the robot from mapping well, or nothing."""
         if not self._helm.knows_clock:
             return CLOCK_UNKNOWN
+        if self._camera.trouble:
+            return self._camera.trouble
         if self._frames["received"] == 0:
             return "waiting for the first frame"
         silent_s = self._clock_s() - self._last_frame_s

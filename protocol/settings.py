@@ -7,7 +7,7 @@ import tomllib
 from collections.abc import Iterator, Mapping, Sequence
 from difflib import get_close_matches
 from pathlib import Path
-from typing import Any, TypeVar, get_args
+from typing import Any, Literal, TypeVar, get_args, get_origin
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 from pydantic_core import ErrorDetails
@@ -70,13 +70,17 @@ def _complaint(file: Path, error: ValidationError, model: type[BaseModel]) -> st
 
 
 def _sentence(detail: ErrorDetails, model: type[BaseModel]) -> str:
-    location = detail["loc"]
+    location, _ = _found(detail["loc"], model)
     where = f"`{key_path(location)}`" if location else "the whole file"
     match detail["type"]:
         case "extra_forbidden":
-            return f"unknown key {where}; {_advice(location, model)}"
+            return f"unknown key {where}; {_advice(detail['loc'], model)}"
         case "missing":
             return f"{where} is missing"
+        case "union_tag_invalid":
+            chosen = detail["ctx"]
+            key = key_path((*location, chosen["discriminator"].strip("'")))
+            return f"`{key}`: expected one of {chosen['expected_tags']}, not {chosen['tag']!r}"
         case _:
             value = repr(detail["input"])
             shown = value if len(value) <= _SHOWN_CHARACTERS else f"{value[:_SHOWN_CHARACTERS]}..."
@@ -85,17 +89,34 @@ def _sentence(detail: ErrorDetails, model: type[BaseModel]) -> str:
 
 def _advice(location: Location, model: type[BaseModel]) -> str:
     """Return the nearest known key in an unknown key's table, or all of them where none is near."""
-    known = sorted({name for table in _tables_at(location[:-1], [model]) for name in table.model_fields})
+    known = sorted({name for table in _found(location[:-1], model)[1] for name in table.model_fields})
     near = get_close_matches(str(location[-1]), known, n=1)
     return f"did you mean `{near[0]}`?" if near else f"known here: {', '.join(known)}"
 
 
-def _tables_at(location: Location, tables: list[type[BaseModel]]) -> list[type[BaseModel]]:
-    """Return the models that may stand at a location below `tables`; list positions, map keys and union tags lead no deeper."""
+def _found(location: Location, model: type[BaseModel]) -> tuple[Location, list[type[BaseModel]]]:
+    """Return a location below `model` as it reads in the file, and the models that may stand there.
+
+    A union's tag, which says which of several models it is, stands in the location but not in the file. List positions and map keys lead
+    no deeper.
+    """
+    path: Location = ()
+    tables = [model]
     for part in location:
         annotations = [table.model_fields[str(part)].annotation for table in tables if part in table.model_fields]
-        tables = [inner for annotation in annotations for inner in _models_in(annotation)] or tables
-    return tables
+        tagged = [table for table in tables if part in _tags(table)] if len(tables) > 1 else []
+        if tagged and not annotations:
+            tables = tagged
+        else:
+            path += (part,)
+            tables = [inner for annotation in annotations for inner in _models_in(annotation)] or tables
+    return path, tables
+
+
+def _tags(table: type[BaseModel]) -> set[object]:
+    """Return the words by which a model may be chosen from several."""
+    kinds = [field.annotation for field in table.model_fields.values()]
+    return {word for kind in kinds if get_origin(kind) is Literal for word in get_args(kind)}
 
 
 def _models_in(annotation: Any) -> Iterator[type[BaseModel]]:

@@ -9,15 +9,13 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from agent.drivers.camera import CapturedFrame
+from agent.drivers.camera import UNDECODABLE, WRONG_SIZE, CapturedFrame
 from protocol.bus import Bus
 from protocol.messages import Frame
 from protocol.stage_clock import StageClock
 from protocol.topics import CAMERA_READY, FRAME
 
 MISSING = "picture: missing"
-UNDECODABLE = "picture: undecodable"
-WRONG_SIZE = "picture: wrong size"
 
 _JPEG_END = b"\xff\xd9"
 
@@ -37,6 +35,11 @@ class BusCamera:
     def refused(self) -> Mapping[str, int]:
         """Messages that were no frames, by reason."""
         return self._bus.refused
+
+    @property
+    def trouble(self) -> str:
+        """Nothing: the world keeps its own time, and a frame that is missing there says so itself."""
+        return ""
 
     def read(self) -> CapturedFrame | None:
         """Return the next frame, decoded, or None where there is none yet."""

@@ -9,6 +9,9 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+UNDECODABLE = "picture: undecodable"
+WRONG_SIZE = "picture: wrong size"
+
 
 @dataclass(frozen=True, eq=False)
 class CapturedFrame:
@@ -25,6 +28,11 @@ class Camera(Protocol):
     @property
     def refused(self) -> Mapping[str, int]:
         """What came in place of frames and could not be read, by reason."""
+        ...
+
+    @property
+    def trouble(self) -> str:
+        """What keeps frames from coming as they should, in one line with the remedy; empty where nothing does."""
         ...
 
     def read(self) -> CapturedFrame | None:

@@ -17,7 +17,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from agent.drivers.bus_camera import MISSING, UNDECODABLE, WRONG_SIZE
+from agent.drivers.bus_camera import MISSING
+from agent.drivers.camera import UNDECODABLE, WRONG_SIZE
 from agent.service import NOT_GROWING
 from protocol.bus import Bus
 from protocol.fields import Message, Packed

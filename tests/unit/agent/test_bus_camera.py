@@ -6,7 +6,8 @@ import cv2
 import numpy as np
 import pytest
 
-from agent.drivers.bus_camera import MISSING, UNDECODABLE, WRONG_SIZE, captured
+from agent.drivers.bus_camera import MISSING, captured
+from agent.drivers.camera import UNDECODABLE, WRONG_SIZE
 from protocol.messages import Frame
 
 SIZE_PX = (64, 48)

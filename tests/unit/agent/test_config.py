@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from agent.config import load_config
+from agent.config import V4l2CameraSettings, VideoFileSettings, load_config
 from agent.control.limits import DriveLimits
 from agent.rig import Body
 from protocol.errors import ConfigError
@@ -55,6 +55,7 @@ def test_absolute_calibration_path_is_kept(file: Path) -> None:
         ('name = "r1"', 'name = "r1"\nmethod = "fast"', "robot.method"),
         ("tcp/127.0.0.1:7447", "127.0.0.1:7447", "robot.endpoint"),
         ("[wheels]", '[wheels]\ndriver = "arduino"', "wheels.driver"),
+        ("[camera]", '[camera]\ndriver = "webcam"', "camera.driver"),
         ("[wheels]", "[body]\nwheel_base_m = -0.12\n[wheels]", "body.wheel_base_m"),
         ("[wheels]", "[drive]\nmax_speed_m_s = 0.0\n[wheels]", "drive.max_speed_m_s"),
         ("[wheels]", "[drive]\nmax_wheel_rad_s = inf\n[wheels]", "drive.max_wheel_rad_s"),
@@ -68,6 +69,20 @@ def test_unusable_value_is_refused_with_file_and_field(file: Path, old: str, new
         load_config(file)
 
 
+def test_cameras_of_a_robot_are_named_by_their_driver(file: Path) -> None:
+    file.write_text(SHORTEST.replace('endpoint = "tcp/127.0.0.1:7448"', 'driver = "v4l2"\nexposure_s = 0', 1))
+    camera = load_config(file).camera
+    assert isinstance(camera, V4l2CameraSettings)
+    assert (camera.device, camera.exposure_s, camera.white_balance_k) == (Path("/dev/ommatidia-camera"), 0.0, 4600)
+
+
+def test_film_is_found_beside_the_configuration_file(file: Path) -> None:
+    file.write_text(SHORTEST.replace('endpoint = "tcp/127.0.0.1:7448"', 'driver = "video"\nfile = "film.avi"', 1))
+    camera = load_config(file).camera
+    assert isinstance(camera, VideoFileSettings)
+    assert camera.file == file.parent / "film.avi"
+
+
 def test_limits_of_the_drive_are_read(file: Path) -> None:
     file.write_text(SHORTEST + "[drive]\nmax_speed_m_s = 0.1\nmargin_m = 0.05\n")
     assert load_config(file).drive.limits() == DriveLimits(max_speed_m_s=0.1)
@@ -77,4 +92,10 @@ def test_limits_of_the_drive_are_read(file: Path) -> None:
 def test_unknown_key_is_refused_with_the_nearest_known_one(file: Path) -> None:
     file.write_text(SHORTEST.replace("calibration", "calibratoin"))
     with pytest.raises(ConfigError, match=r"unknown key `camera\.calibratoin`; did you mean `calibration`\?"):
+        load_config(file)
+
+
+def test_unknown_key_of_a_camera_is_refused_with_the_nearest_one_of_that_camera(file: Path) -> None:
+    file.write_text(SHORTEST.replace('endpoint = "tcp/127.0.0.1:7448"', 'driver = "v4l2"\nexposure = 0.01', 1))
+    with pytest.raises(ConfigError, match=r"unknown key `camera\.exposure`; did you mean `exposure_s`\?"):
         load_config(file)

@@ -13,8 +13,7 @@ import pytest
 from numpy.typing import NDArray
 
 from agent.clock_map import ClockMap
-from agent.drivers.bus_camera import UNDECODABLE
-from agent.drivers.camera import CapturedFrame
+from agent.drivers.camera import UNDECODABLE, CapturedFrame
 from agent.pipeline import Step
 from agent.service import NOT_GROWING, WHEELS_ENDED, WHEELS_LATE, WHEELS_LIMIT_S, Service
 from agent.view import View
@@ -41,6 +40,7 @@ class World:
     frames: list[CapturedFrame] = field(default_factory=list)
     readings: list[WheelReadings] = field(default_factory=list)
     refused: Mapping[str, int] = field(default_factory=dict)
+    trouble: str = ""
     now_s: float = 100.0
     fares: tuple[Drive, str] = ("standing", "")
     knows_clock: bool = True
@@ -296,6 +296,16 @@ def test_silent_camera_is_told(swarm: Swarm) -> None:
     service = swarm.service(world, FakePipeline())
     service.run(world.at(105.0))
     assert service.status().state == "no frame for 5 s"
+
+
+def test_trouble_of_the_camera_is_the_status(swarm: Swarm) -> None:
+    world = World(trouble="camera: /dev/video0 is not there: plug it in")
+    service = swarm.service(world, FakePipeline())
+    service.run(world.at(101.0))
+    assert service.status().state == "camera: /dev/video0 is not there: plug it in"
+    world.frames, world.readings, world.trouble = [frame(100)], [readings(100, until_ms=100)], ""
+    service.run(world.runs_out)
+    assert service.status().state == "mapping"
 
 
 def test_debug_picture_is_the_answer_to_its_name(swarm: Swarm, view: View) -> None:

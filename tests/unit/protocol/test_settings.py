@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import pytest
 from pydantic import Field
@@ -18,8 +18,19 @@ class Robot(Settings):
     start: tuple[float, float] | None = None
 
 
+class Radio(Settings):
+    kind: Literal["radio"]
+    channel: int = 1
+
+
+class Cable(Settings):
+    kind: Literal["cable"]
+    length_m: float
+
+
 class Swarm(Settings):
     site: str = "home"
+    link: Annotated[Radio | Cable, Field(discriminator="kind")] = Radio(kind="radio")
     robots: tuple[Robot, ...] = ()
     log: Path = Path("log")
 
@@ -52,7 +63,7 @@ def test_unknown_key_is_named_before_the_key_that_is_missing_for_it(file: Path) 
 
 
 def test_unknown_key_without_a_near_one_is_refused_with_all_known_ones(file: Path) -> None:
-    assert complaint(file, "zzz = 1") == "unknown key `zzz`; known here: log, robots, site"
+    assert complaint(file, "zzz = 1") == "unknown key `zzz`; known here: link, log, robots, site"
 
 
 def test_missing_key_is_named(file: Path) -> None:
@@ -85,3 +96,20 @@ def test_file_that_is_not_text_is_refused(file: Path) -> None:
 def test_absent_file_is_named(file: Path) -> None:
     with pytest.raises(ConfigError, match=r"swarm\.toml: cannot be read: No such file"):
         load_toml(file, Swarm)
+
+
+def test_unknown_key_of_one_of_several_tables_is_refused_with_the_nearest_key_of_that_table(file: Path) -> None:
+    assert complaint(file, '[link]\nkind = "cable"\nlength = 2.0') == "unknown key `link.length`; did you mean `length_m`? (1 more)"
+
+
+def test_key_of_another_table_of_a_choice_is_unknown(file: Path) -> None:
+    text = '[link]\nkind = "radio"\nlength_m = 2.0'
+    assert complaint(file, text) == "unknown key `link.length_m`; known here: channel, kind"
+
+
+def test_bad_value_of_one_of_several_tables_is_named_as_it_stands_in_the_file(file: Path) -> None:
+    assert complaint(file, '[link]\nkind = "radio"\nchannel = "one"').startswith("`link.channel`: ")
+
+
+def test_choice_that_there_is_not_is_refused_with_those_that_there_are(file: Path) -> None:
+    assert complaint(file, '[link]\nkind = "string"') == "`link.kind`: expected one of 'radio', 'cable', not 'string'"
