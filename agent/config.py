@@ -16,6 +16,12 @@ Endpoint = Annotated[str, Field(pattern=r"^(tcp|tls)/[^/\s]+:\d{1,5}$")]  # such
 Limit = Annotated[float, Field(gt=0.0, le=100.0, allow_inf_nan=False)]
 Length = Annotated[float, Field(gt=0.0, le=5.0, allow_inf_nan=False)]  # [m]; no robot here is larger
 
+Port = Annotated[str, Field(pattern=r"^/.")]  # a serial port's device file
+Baud = Annotated[int, Field(ge=1200, le=4_000_000)]
+Gain = Annotated[int, Field(ge=0, le=32767)]  # what an int of the board holds
+Divisor = Annotated[int, Field(ge=1, le=32767)]
+PidGains = Annotated[tuple[Gain, Gain, Gain, Divisor], Field(strict=False)]  # a list in the file
+
 
 Rate = Annotated[float, Field(gt=0.0, le=240.0, allow_inf_nan=False)]
 Exposure = Annotated[float, Field(ge=0.0, le=1.0, allow_inf_nan=False)]
@@ -96,11 +102,35 @@ LocalCameraSettings = V4l2CameraSettings | PiCameraSettings | VideoFileSettings
 CameraSettings = Annotated[BusCameraSettings | LocalCameraSettings, Field(discriminator="driver"), BeforeValidator(_on_the_bus)]
 
 
-class WheelSettings(Settings):
-    """Where the wheels are."""
+class BusWheelSettings(Settings):
+    """Wheels of a recorded or simulated world."""
 
     driver: Literal["bus"] = "bus"
     endpoint: Endpoint
+
+
+class RosArduinoBridgeSettings(Settings):
+    """Wheels behind a board with the ROSArduinoBridge firmware; the defaults are those of the firmware and of the building manual."""
+
+    driver: Literal["ros_arduino_bridge"]
+    port: Port = "/dev/ommatidia/wheels"
+    baud: Baud = 57600  # BAUDRATE in the firmware
+    ticks_per_revolution: Annotated[float, Field(gt=0.0, le=1e6, allow_inf_nan=False)] = 1920.0  # of a wheel: counts times gear ratio
+    pid_rate_hz: Annotated[int, Field(ge=1, le=1000)] = 30  # PID_RATE in the firmware
+    pid: PidGains | None = None  # Kp, Kd, Ki, Ko; without them the firmware keeps its own
+    settle_s: Annotated[float, Field(ge=0.0, le=10.0, allow_inf_nan=False)] = 2.0  # most boards restart when it is opened
+
+
+class Create2Settings(Settings):
+    """Wheels of an iRobot Create 2, or of a Roomba of the 600 series. Its body wants wheel_radius_m = 0.036, wheel_base_m = 0.235."""
+
+    driver: Literal["create2"]
+    port: Port = "/dev/ommatidia/wheels"
+    baud: Baud = 115200  # the other speed that it may have been set to: 19200
+
+
+SerialWheelSettings = RosArduinoBridgeSettings | Create2Settings
+WheelSettings = Annotated[BusWheelSettings | SerialWheelSettings, Field(discriminator="driver"), BeforeValidator(_on_the_bus)]
 
 
 class DriveSettings(Settings):

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from agent.control.twist import within_wheel_speed
+from agent.drivers.wheels import WheelCondition
 from protocol.bus import Bus
 from protocol.messages import WheelCommand, WheelReadings
 from protocol.topics import WHEEL_COMMAND, WHEEL_READINGS, WHEELS_READY
@@ -23,6 +24,16 @@ class BusWheels:
     def refused(self) -> Mapping[str, int]:
         """Messages that were no readings, by reason."""
         return self._bus.refused
+
+    @property
+    def condition(self) -> WheelCondition:
+        """A world's wheels are always well."""
+        return WheelCondition()
+
+    @property
+    def stops_by_itself_s(self) -> None:
+        """A world's motors hold a command until the next."""
+        return None
 
     def read(self, timeout_s: float) -> Sequence[WheelReadings]:
         """Return the readings that have come, waiting for the first."""

@@ -6,7 +6,14 @@ from pathlib import Path
 
 import pytest
 
-from agent.config import V4l2CameraSettings, VideoFileSettings, load_config
+from agent.config import (
+    BusWheelSettings,
+    Create2Settings,
+    RosArduinoBridgeSettings,
+    V4l2CameraSettings,
+    VideoFileSettings,
+    load_config,
+)
 from agent.control.limits import DriveLimits
 from agent.rig import Body
 from protocol.errors import ConfigError
@@ -99,3 +106,34 @@ def test_unknown_key_of_a_camera_is_refused_with_the_nearest_one_of_that_camera(
     file.write_text(SHORTEST.replace('endpoint = "tcp/127.0.0.1:7448"', 'driver = "v4l2"\nexposure = 0.01', 1))
     with pytest.raises(ConfigError, match=r"unknown key `camera\.exposure`; did you mean `exposure_s`\?"):
         load_config(file)
+
+
+def test_wheels_are_on_the_bus_where_no_driver_is_named(file: Path) -> None:
+    assert load_config(file).wheels == BusWheelSettings(driver="bus", endpoint="tcp/127.0.0.1:7448")
+
+
+def wheels(file: Path, table: str) -> Path:
+    file.write_text(SHORTEST[: SHORTEST.index("[wheels]")] + table)
+    return file
+
+
+def test_a_serial_driver_needs_its_name_only(file: Path) -> None:
+    assert load_config(wheels(file, '[wheels]\ndriver = "create2"')).wheels == Create2Settings(driver="create2", baud=115200)
+    board = load_config(wheels(file, '[wheels]\ndriver = "ros_arduino_bridge"\npid = [20, 12, 0, 50]')).wheels
+    assert board == RosArduinoBridgeSettings(driver="ros_arduino_bridge", pid=(20, 12, 0, 50))
+
+
+@pytest.mark.parametrize(
+    ("table", "complaint"),
+    [
+        ('driver = "create2"\nprot = "/dev/ttyUSB0"', r"unknown key `wheels\.prot`; did you mean `port`\?"),
+        ('driver = "create2"\npid_rate_hz = 30', r"unknown key `wheels\.pid_rate_hz`; known here: baud, driver, port"),
+        ('driver = "create3"', r"`wheels\.driver`: expected one of 'bus', 'ros_arduino_bridge', 'create2', not 'create3'"),
+        ('driver = "ros_arduino_bridge"\npid = [20, 12, 0, 0]', r"`wheels\.pid\[3\]`: "),
+        ('driver = "ros_arduino_bridge"\nport = "COM3"', r"`wheels\.port`: "),
+        ("", r"`wheels\.endpoint` is missing"),
+    ],
+)
+def test_wheels_that_cannot_be_are_refused_as_they_stand_in_the_file(file: Path, table: str, complaint: str) -> None:
+    with pytest.raises(ConfigError, match=complaint):
+        load_config(wheels(file, f"[wheels]\n{table}\n"))

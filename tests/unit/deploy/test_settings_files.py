@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from agent.config import BusCameraSettings
+from agent.config import BusCameraSettings, BusWheelSettings
 from agent.config import load_config as load_agent
 from deploy.settings_files import agent_settings, check_robots, mapserver_settings, write_settings
 from mapserver.config import load_config as load_mapserver
@@ -29,7 +29,7 @@ def test_an_agent_reads_back_its_body_its_links_and_its_calibration(recording: R
     settings = load_agent(write_settings(tmp_path / "config", "r2", agent_settings(recording, robot, "paper", SWARM, WORLD)))
     assert (settings.robot.name, settings.robot.endpoint, settings.robot.method) == ("r2", SWARM, "paper")
     assert isinstance(settings.camera, BusCameraSettings)
-    assert (settings.camera.endpoint, settings.wheels.endpoint) == (WORLD, WORLD)
+    assert (settings.camera.endpoint, settings.wheels) == (WORLD, BusWheelSettings(endpoint=WORLD))
     assert settings.camera.calibration == EXCERPT / "r2" / "cam0" / "sensor.yaml"
     assert settings.body.wheel_base_m == robot.rig.wheel_base_m
     assert settings.body.wheel_radius_m == robot.rig.wheel_radius_m
