@@ -1,9 +1,9 @@
 """The wheel guard: the robot's third process, which alone owns the wheels. `python -m agent.guard --config FILE --pipe FD`.
 
 It turns at least every 20 ms, hands the wheels' readings to the helm and the helm's drive orders to the wheels, and stops the wheels
-when an order has become too old, when the helm's loop has stood still for 0.2 s, when it is told to hold them, when the helm is gone,
-at SIGTERM or SIGINT, and on every other way out. It lives in a session of its own, so that whatever ends the helm leaves it the time to
-do so.
+when an order has become too old, when the helm's loop has stood still for 0.2 s, when it is told to hold them, when a bumper, a wheel-drop
+or a cliff sensor says anything, when the helm is gone, at SIGTERM or SIGINT, and on every other way out. It lives in a session of its own,
+so that whatever ends the helm leaves it the time to do so. Wheels whose line is pulled are looked for until they are back.
 """
 
 from __future__ import annotations
@@ -17,16 +17,15 @@ from pathlib import Path
 from agent.child import told
 from agent.clock_map import ServerStamps
 from agent.config import load_config
-from agent.drivers.bus_wheels import BusWheels
-from agent.drivers.wheels import Wheels
+from agent.drivers.opening import open_wheels
+from agent.drivers.wheels import WheelCondition, Wheels
 from agent.guard_pipe import DriveOrder, GuardReport, Instruction, Latch, LatchOrder
 from agent.local_clock import LocalClock
 from agent.pipe import Pipe
 from protocol.errors import OmmatidiaError
 from protocol.logs import start_logging
 from protocol.messages import WheelCommand, WheelReadings
-from protocol.news import News
-from protocol.stopping import Stopped, StopRequest, open_client
+from protocol.stopping import Stopped, StopRequest
 
 CYCLE_S = 0.02
 HEARTBEAT_LIMIT_S = 0.2
@@ -45,6 +44,7 @@ class Guard:
         self._beat_s: float | None = None  # when the helm's last instruction came; None while it is silent
         self._until_s: float | None = None  # until when the last order holds; None while there is none
         self._applied, self._latch = _STANDING, _FREE
+        self._condition = wheels.condition
         self._told = False
 
     def run(self, stopping: Callable[[], bool]) -> None:
@@ -61,13 +61,36 @@ class Guard:
         """Hand on what the wheels have read within 20 ms, do as the helm says, and see whether it still turns."""
         for readings in self._wheels.read(CYCLE_S):
             self._report(readings)
+        self._heed(self._wheels.condition)
         self._pipe.flush()
         for instruction in self._pipe.take(Instruction):
             self._follow(instruction)
         self._watch()
 
     def _report(self, readings: WheelReadings | None) -> None:
-        self._pipe.send(GuardReport(fault="", readings=readings, applied=self._applied, latch=self._latch, refused=self._refused()))
+        self._pipe.send(
+            GuardReport(
+                fault="",
+                readings=readings,
+                applied=self._applied,
+                latch=self._latch,
+                condition=self._wheels.condition,
+                refused=self._refused(),
+            )
+        )
+
+    def _heed(self, condition: WheelCondition) -> None:
+        """Hold the wheels at once where a sensor says that they must not turn, and report what has changed."""
+        if condition == self._condition:
+            return
+        if condition.trouble != self._condition.trouble:
+            _log.warning("%s", condition.trouble or "wheels: there")
+        if condition.trouble:
+            self._applied, self._until_s = _STANDING, None
+        self._condition = condition
+        if condition.hazard and not self._latch.stopped:
+            self._latch_wheels(stopped=True, reason=condition.hazard)
+        self._report(None)
 
     def _refused(self) -> Mapping[str, int]:
         return {**self._wheels.refused, "readings: helm too slow": self._pipe.lost}
@@ -88,13 +111,20 @@ class Guard:
         self._report(None)
 
     def _hold(self, order: LatchOrder) -> None:
-        """Hold the wheels, or release them; released, they stand until the next drive order."""
-        stopped = order.order == "stop"
-        if stopped != self._latch.stopped:
-            _log.warning("wheels %s: %s", "stopped until they are released" if stopped else "released", order.reason or "no reason given")
-        self._stop()
-        self._latch = Latch(stopped=stopped, reason=order.reason, orders=self._latch.orders + 1)
+        """Hold the wheels, or release them, which a sensor may forbid; released, they stand until the next drive order."""
+        hazard = self._condition.hazard
+        if order.order == "release" and hazard:
+            self._latch_wheels(stopped=True, reason=hazard)
+        else:
+            self._latch_wheels(stopped=order.order == "stop", reason=order.reason)
+        self._latch = self._latch.model_copy(update={"orders": self._latch.orders + 1})
         self._report(None)
+
+    def _latch_wheels(self, *, stopped: bool, reason: str) -> None:
+        if stopped != self._latch.stopped:
+            _log.warning("wheels %s: %s", "stopped until they are released" if stopped else "released", reason or "no reason given")
+        self._stop()
+        self._latch = self._latch.model_copy(update={"stopped": stopped, "reason": reason})
 
     def _watch(self) -> None:
         """Stop the wheels once when the helm's orders, or all its instructions, stay away."""
@@ -123,7 +153,7 @@ def main(arguments: list[str]) -> int:
     except Stopped:
         return 0
     except OmmatidiaError as error:  # the agent will tell it to the person
-        pipe.send(GuardReport(fault=str(error), readings=None, applied=_STANDING, latch=_FREE, refused={}))
+        pipe.send(GuardReport(fault=str(error), readings=None, applied=_STANDING, latch=_FREE, condition=WheelCondition(), refused={}))
         return 2
     return 0
 
@@ -136,9 +166,8 @@ def _guard(config_file: Path, clock: LocalClock, pipe: Pipe, stop: StopRequest) 
         pipe.take(Instruction)
         return stop.asked() or pipe.ended
 
-    with News() as news, open_client(config.robot.site, config.wheels.endpoint, gone, news) as bus:
-        news.watch(pipe)  # an order is carried out as it comes
-        Guard(BusWheels(bus, config.robot.name, config.drive.max_wheel_rad_s), pipe, stamps).run(stop.asked)
+    with open_wheels(config, pipe, stamps.stamp_ns, gone) as wheels:  # an order ends a read, so that it is carried out as it comes
+        Guard(wheels, pipe, stamps).run(stop.asked)
 
 
 if __name__ == "__main__":

@@ -7,6 +7,7 @@ from typing import Annotated, Literal
 from pydantic import Field, FiniteFloat
 
 from agent.clock_map import ClockMap
+from agent.drivers.wheels import WheelCondition
 from protocol.fields import Count, Message, StampNs
 from protocol.messages import WheelCommand, WheelReadings
 
@@ -39,7 +40,11 @@ class Instruction(Message):
 
 
 class Latch(Message):
-    """Whether the wheels are held, why, and how many orders to hold or release them have been heard."""
+    """Whether the wheels are held, why, and how many orders to hold or release them have been heard.
+
+    The guard holds them by itself as soon as a bumper, a wheel-drop or a cliff sensor says anything, and does not release them while one
+    does.
+    """
 
     stopped: bool
     reason: Annotated[str, Field(max_length=200)]
@@ -53,4 +58,5 @@ class GuardReport(Message):
     readings: WheelReadings | None
     applied: WheelCommand  # the speeds that the wheels were last given
     latch: Latch
+    condition: WheelCondition
     refused: dict[str, Count]  # what came in place of readings, by reason

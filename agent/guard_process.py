@@ -13,6 +13,7 @@ from typing import Self
 
 from agent.child import START_S, Child
 from agent.clock_map import ClockMap
+from agent.drivers.wheels import WheelCondition
 from agent.guard_pipe import DriveOrder, GuardReport, Instruction, Latch, LatchOrder
 from agent.local_clock import LocalClock
 from protocol.errors import DriverError
@@ -53,6 +54,11 @@ class GuardProcess:
     def latch(self) -> Latch:
         """Whether the guard holds the wheels."""
         return _FREE if self._last is None else self._last.latch
+
+    @property
+    def condition(self) -> WheelCondition:
+        """How the wheels fare, as the guard last said."""
+        return WheelCondition() if self._last is None else self._last.condition
 
     def fileno(self) -> int:
         """Return the descriptor on which something can be read once the guard has said something."""

@@ -13,6 +13,7 @@ from pathlib import Path
 
 from agent.child import told
 from agent.config import load_config
+from agent.drivers.wheels import WheelCondition
 from agent.guard_process import GuardProcess
 from agent.helm_pipe import HelmReport, Look
 from agent.local_clock import LocalClock
@@ -34,7 +35,7 @@ def main(arguments: list[str]) -> int:
     except Stopped:
         return 0
     except OmmatidiaError as error:  # the agent tells it to the person
-        pipe.send(HelmReport(fault=str(error), readings=None, drive="standing", why="", refused={}))
+        pipe.send(HelmReport(fault=str(error), readings=None, drive="standing", why="", wheels=WheelCondition(), refused={}))
         return 2
     return 0
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pydantic import FiniteFloat
 
 from agent.clock_map import ClockMap
+from agent.drivers.wheels import WheelCondition
 from protocol.fields import Count, Message
 from protocol.messages import Drive, LocalMap, WheelReadings
 
@@ -23,6 +24,7 @@ class HelmReport(Message):
     readings: WheelReadings | None
     drive: Drive
     why: str  # the robot is not being driven, in one line for a person; empty where there is nothing to say
+    wheels: WheelCondition
     refused: dict[str, Count]  # what came in place of setpoints, poses and readings, by reason
     knows_clock: bool = False  # what the map server's clock reads, by a map or by what it announces
     clock: ClockMap | None = None  # by which frames are to be stamped; None while there is none, and in a world's clock

@@ -9,6 +9,7 @@ from typing import Self
 
 from agent.child import START_S, Child
 from agent.clock_map import ClockMap, ServerStamps
+from agent.drivers.wheels import WheelCondition
 from agent.helm_pipe import HelmReport, Look
 from agent.local_clock import LocalClock
 from protocol.errors import DriverError
@@ -52,6 +53,11 @@ class HelmProcess:
     def clock(self) -> ClockMap | None:
         """The map server's clock by the robot's own; None where it is not known, and in a world's clock."""
         return None if self._last is None else self._last.clock
+
+    @property
+    def wheels(self) -> WheelCondition:
+        """How the wheels fare, as the helm last said."""
+        return WheelCondition() if self._last is None else self._last.wheels
 
     def fileno(self) -> int:
         """Return the descriptor on which something can be read once the helm has said something."""

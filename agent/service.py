@@ -12,6 +12,7 @@ from agent import debug
 from agent.clock_map import ClockMap
 from agent.config import AgentConfig
 from agent.drivers.camera import Camera, CapturedFrame
+from agent.drivers.wheels import WheelCondition
 from agent.pipeline import Pipeline, Step
 from agent.vision.liveness import Liveness
 from agent.wheel_history import WheelHistory
@@ -56,6 +57,11 @@ class Helm(Protocol):
     @property
     def clock(self) -> ClockMap | None:
         """The map server's clock by the robot's own, where stamps follow from that."""
+        ...
+
+    @property
+    def wheels(self) -> WheelCondition:
+        """How the wheels fare."""
         ...
 
     def see(self, local_map: LocalMap, angles_rad: Array) -> None:
@@ -117,7 +123,7 @@ class Service:
         return AgentStatus(
             robot=self._robot,
             epoch=self._epoch,
-            state=self._trouble() or why or "mapping",
+            state=self._helm.wheels.trouble or self._trouble() or why or "mapping",
             drive=drive,
             frames=dict(self._frames),
             reasons=dict(reasons + Counter(self._camera.refused) + Counter(self._bus.refused)),
@@ -125,6 +131,7 @@ class Service:
             stages=self._clock.times(),
             rig=self._pipeline.rig,
             clock=None if self._helm.clock is None else self._helm.clock.differs(),
+            battery=self._helm.wheels.battery,
         )
 
     def _feel(self) -> None:
@@ -183,10 +190,10 @@ class Service:
             self._wait(TURN_S)
 
     def _await_wheels(self, stamp_ns: int, stopping: Callable[[], bool]) -> None:
-        """Wait until all wheel readings up to a stamp are here."""
+        """Wait until all wheel readings up to a stamp are here, unless the wheels themselves are in trouble."""
         deadline_s = self._clock_s() + WHEELS_LIMIT_S
         self._feel()
-        while not self._wheels.covers(stamp_ns) and not stopping():
+        while not self._wheels.covers(stamp_ns) and not self._helm.wheels.trouble and not stopping():
             if self._clock_s() >= deadline_s:
                 self._reasons[WHEELS_LATE] += 1
                 break

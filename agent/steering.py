@@ -13,6 +13,7 @@ import numpy as np
 from agent.clock_map import ClockMap
 from agent.config import AgentConfig
 from agent.driver_seat import DriverSeat
+from agent.drivers.wheels import WheelCondition
 from agent.guard_pipe import DriveOrder, Latch, LatchOrder
 from agent.helm_pipe import HelmReport, Look
 from agent.local_clock import LocalClock
@@ -41,6 +42,11 @@ class WheelGuard(Protocol):
     @property
     def latch(self) -> Latch:
         """Whether it holds the wheels."""
+        ...
+
+    @property
+    def condition(self) -> WheelCondition:
+        """How the wheels fare."""
         ...
 
     def instruct(self, drive: DriveOrder | None = None, latch: LatchOrder | None = None) -> None:
@@ -145,6 +151,7 @@ class Steering:
             drive=drive,
             why=why,
             refused=self._refused(),
+            wheels=self._guard.condition,
             knows_clock=self._server_clock.is_known,
             clock=self._clock_map,
         )
@@ -159,6 +166,8 @@ class Steering:
         latch = self._guard.latch
         if latch.stopped:
             return "stopped", f"stopped: {latch.reason or 'no reason given'}"
+        if trouble := self._guard.condition.trouble:
+            return "standing", trouble
         decision = self._seat.fares()
         return decision.drive, decision.reason
 

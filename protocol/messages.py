@@ -250,6 +250,7 @@ class AgentStatus(Message):
     stages: dict[str, StageTimes]
     rig: tuple[RigValue, ...] = ()  # empty where the method takes the drawing as it is
     clock: ClockOffset | None = None  # None: not known yet, or a world's clock, which runs by what is announced
+    battery: Annotated[FiniteFloat, Field(ge=0.0, le=1.0)] | None = None  # of what it holds; None where the hardware does not tell
 
 
 class ServerStatus(Message):

@@ -11,6 +11,7 @@ import pytest
 
 from agent.clock_map import ServerStamps
 from agent.control.twist import within_wheel_speed
+from agent.drivers.wheels import WheelCondition
 from agent.guard import CYCLE_S, HEARTBEAT_LIMIT_S, Guard
 from agent.guard_pipe import DriveOrder, GuardReport, Instruction, LatchOrder
 from agent.local_clock import LocalClock
@@ -31,6 +32,8 @@ class FakeWheels:
     commands: list[WheelCommand] = field(default_factory=list)
     waiting: list[WheelReadings] = field(default_factory=list)
     refused: Mapping[str, int] = field(default_factory=dict)
+    condition: WheelCondition = field(default_factory=WheelCondition)
+    stops_by_itself_s: float | None = None
     during_read: Callable[[], None] = lambda: None
 
     @property
@@ -190,6 +193,48 @@ def test_only_a_release_ends_a_latched_stop_and_the_wheels_wait_for_a_new_order(
     robot.guard.cycle()
     assert robot.wheels.turning
     assert robot.agent.take(GuardReport)[-1].latch.orders == 2
+
+
+def test_a_bumper_stops_the_wheels_at_once_and_holds_them_when_it_is_free_again(robot: Robot) -> None:
+    robot.say(order())
+    robot.guard.cycle()
+    robot.wheels.condition = WheelCondition(hazard="bumper left")
+    robot.guard.cycle()
+    assert robot.wheels.commands[-1] == STOP
+    robot.wheels.condition = WheelCondition()
+    robot.say(order(answers_ns=8))
+    robot.guard.cycle()
+    assert not robot.wheels.turning
+    assert robot.agent.take(GuardReport)[-1].latch.model_dump() == {"stopped": True, "reason": "bumper left", "orders": 0}
+
+
+def test_a_release_is_answered_but_not_carried_out_while_a_sensor_still_says_so(robot: Robot) -> None:
+    robot.wheels.condition = WheelCondition(hazard="cliff left")
+    robot.guard.cycle()
+    robot.say(latch=release())
+    robot.guard.cycle()
+    assert robot.agent.take(GuardReport)[-1].latch.model_dump() == {"stopped": True, "reason": "cliff left", "orders": 1}
+    robot.wheels.condition = WheelCondition()
+    robot.guard.cycle()
+    robot.say(latch=release())
+    robot.say(order())
+    robot.guard.cycle()
+    assert robot.wheels.turning
+
+
+def test_wheels_that_are_lost_are_reported_once_and_do_not_end_the_guard(robot: Robot) -> None:
+    robot.say(order())
+    robot.guard.cycle()
+    robot.agent.take(GuardReport)
+    lost = WheelCondition(trouble="wheels: /dev/ttyUSB0 is gone; trying again")
+    robot.wheels.condition = lost
+    for _ in range(3):
+        robot.guard.cycle()
+    [report] = robot.agent.take(GuardReport)
+    assert (report.condition, report.applied) == (lost, STOP)
+    robot.wheels.condition = WheelCondition(battery=0.5)
+    robot.guard.cycle()
+    assert robot.agent.take(GuardReport)[-1].condition == WheelCondition(battery=0.5)
 
 
 def test_wheels_stand_before_the_guard_says_that_it_is_ready(robot: Robot) -> None:

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import pytest
 
 from agent.child import Child
+from agent.drivers.wheels import WheelCondition
 from agent.guard_pipe import DriveOrder, GuardReport, Instruction, Latch, LatchOrder
 from agent.guard_process import GuardProcess
 from agent.pipe import Pipe
@@ -20,6 +21,7 @@ from protocol.messages import WheelCommand, WheelReadings
 from protocol.stopping import Stopped
 
 TURNING = WheelCommand(left_rad_s=1.0, right_rad_s=2.0, answers_ns=7)
+WELL = WheelCondition(battery=0.7)
 HELD = Latch(stopped=True, reason="a cat", orders=1)
 READINGS = WheelReadings(until_ns=5, stamps_ns=Packed.of([5], "i8"), angles_rad=Packed.of([[0.1, 0.2]], "f8"))
 
@@ -33,7 +35,7 @@ class Ends:
     process: subprocess.Popen[bytes]
 
     def report(self, fault: str = "", readings: WheelReadings | None = None) -> None:
-        self.pipe.send(GuardReport(fault=fault, readings=readings, applied=TURNING, latch=HELD, refused={"malformed": 1}))
+        self.pipe.send(GuardReport(fault=fault, readings=readings, applied=TURNING, latch=HELD, condition=WELL, refused={"malformed": 1}))
 
 
 @pytest.fixture
@@ -63,6 +65,12 @@ def test_whether_the_wheels_are_held_is_known_from_the_reports(ends: Ends) -> No
     ends.report()
     ends.guard.take()
     assert ends.guard.latch == HELD
+
+
+def test_how_the_wheels_fare_is_known_from_the_reports(ends: Ends) -> None:
+    ends.report()
+    ends.guard.take()
+    assert ends.guard.condition == WELL
 
 
 def test_guard_that_fails_says_why_even_when_it_is_still_running(ends: Ends) -> None:

@@ -13,6 +13,7 @@ import pytest
 
 from agent.child import Child
 from agent.clock_map import ServerStamps
+from agent.drivers.wheels import WheelCondition
 from agent.helm_pipe import HelmReport, Look
 from agent.helm_process import HelmProcess
 from agent.local_clock import LocalClock
@@ -23,6 +24,7 @@ from protocol.messages import WheelReadings
 from protocol.stopping import Stopped
 from tests.unit.agent.control.local_maps import local_map
 
+WELL = WheelCondition(battery=0.7)
 READINGS = WheelReadings(until_ns=5, stamps_ns=Packed.of([5], "i8"), angles_rad=Packed.of([[0.1, 0.2]], "f8"))
 
 
@@ -35,7 +37,7 @@ class Ends:
     process: subprocess.Popen[bytes]
 
     def report(self, fault: str = "", readings: WheelReadings | None = None) -> None:
-        self.pipe.send(HelmReport(fault=fault, readings=readings, drive="slowed", why="a cat", refused={"malformed": 1}))
+        self.pipe.send(HelmReport(fault=fault, readings=readings, drive="slowed", why="a cat", wheels=WELL, refused={"malformed": 1}))
 
 
 @pytest.fixture
@@ -59,6 +61,7 @@ def test_helm_is_ready_with_its_first_report(ends: Ends) -> None:
     ends.report(readings=READINGS)
     assert ends.helm.take() == [READINGS]
     assert ends.helm.fares == ("slowed", "a cat")
+    assert ends.helm.wheels == WELL
     assert ends.helm.refused == {"malformed": 1}
 
 

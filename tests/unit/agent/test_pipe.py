@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
+from agent.drivers.wheels import WheelCondition
 from agent.guard_pipe import DriveOrder, GuardReport, Instruction, Latch, LatchOrder
 from agent.pipe import Pipe
 from protocol.errors import DecodeError
@@ -28,7 +29,7 @@ def report(count: int) -> GuardReport:
     readings = WheelReadings(until_ns=count, stamps_ns=Packed.of(np.arange(count), "i8"), angles_rad=Packed.of(np.ones((count, 2)), "f8"))
     applied = WheelCommand(left_rad_s=0.0, right_rad_s=0.0)
     latch = Latch(stopped=True, reason="lunch", orders=3)
-    return GuardReport(fault="", readings=readings, applied=applied, latch=latch, refused={"malformed": 1})
+    return GuardReport(fault="", readings=readings, applied=applied, latch=latch, condition=WheelCondition(), refused={"malformed": 1})
 
 
 def order(left_rad_s: float = 1.5, valid_s: float = 0.4) -> DriveOrder:

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from agent.clock_map import ClockMap
 from agent.drivers.camera import UNDECODABLE, CapturedFrame
+from agent.drivers.wheels import WheelCondition
 from agent.pipeline import Step
 from agent.service import NOT_GROWING, WHEELS_ENDED, WHEELS_LATE, WHEELS_LIMIT_S, Service
 from agent.view import View
@@ -45,6 +46,7 @@ class World:
     fares: tuple[Drive, str] = ("standing", "")
     knows_clock: bool = True
     clock: ClockMap | None = None
+    wheels: WheelCondition = field(default_factory=WheelCondition)
     seen: list[int] = field(default_factory=list)
 
     def read(self) -> CapturedFrame | None:
@@ -209,6 +211,15 @@ def test_frame_goes_on_without_its_wheel_readings_after_a_while_and_is_counted(s
     assert WHEELS_LIMIT_S <= world.now_s - 100.0 <= WHEELS_LIMIT_S + 0.1
     assert pipeline.angles_rad == [pytest.approx(0.1)]  # with the last speed
     assert service.status().reasons == {WHEELS_LATE: 1}
+
+
+def test_frame_does_not_wait_for_wheels_that_are_lost_and_the_status_says_so(swarm: Swarm) -> None:
+    trouble = "wheels: /dev/ttyUSB0 is gone; trying again"
+    world, pipeline = World(frames=[frame(100)], wheels=WheelCondition(trouble=trouble, battery=0.3)), FakePipeline()
+    service = swarm.service(world, pipeline)
+    service.run(pipeline.has_stepped)
+    assert world.now_s - 100.0 < 0.1
+    assert (service.status().state, service.status().battery) == (trouble, 0.3)
 
 
 def test_helm_has_seen_a_frame_before_the_swarm_hears_of_it(swarm: Swarm) -> None:

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from agent.clock_map import ClockMap
+from agent.drivers.wheels import WheelCondition
 from agent.guard import HEARTBEAT_LIMIT_S
 from agent.guard_pipe import DriveOrder, Latch, LatchOrder
 from agent.helm_pipe import HelmReport, Look
@@ -36,6 +37,7 @@ class FakeGuard:
     readings: list[WheelReadings] = field(default_factory=list)
     refused: Mapping[str, int] = field(default_factory=dict)
     latch: Latch = field(default_factory=lambda: Latch(stopped=False, reason="", orders=0))
+    condition: WheelCondition = field(default_factory=WheelCondition)
     beats: int = 0
     orders: list[DriveOrder] = field(default_factory=list)
 
@@ -103,6 +105,13 @@ def test_a_picture_that_was_seen_before_its_setpoints_were_sent_counts_for_them(
         helm.steering.turn()
     assert helm.guard.orders[0].answers_ns == 100 * MS
     assert helm.guard.orders[0].left_rad_s > 0.0
+
+
+def test_wheels_that_are_lost_are_why_the_robot_stands(helm: Helm) -> None:
+    helm.guard.condition = WheelCondition(trouble="wheels: /dev/ttyUSB0 is gone; trying again", battery=0.4)
+    helm.steering.turn()
+    [report] = helm.agent.take(HelmReport)
+    assert (report.drive, report.why, report.wheels) == ("standing", helm.guard.condition.trouble, helm.guard.condition)
 
 
 def test_guard_hears_that_the_loop_turns_while_nothing_comes(helm: Helm) -> None:
