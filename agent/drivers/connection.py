@@ -11,7 +11,7 @@ from agent.drivers.serial_line import LineLost, SerialLine
 _PAUSE_S = 0.05  # between two parts of a greeting; a Create 2 wants 20 ms between two changes of its mode
 _ANSWER_S = 0.2  # after the last part, before the greeting begins again
 _GREETING_S = 1.0  # after which whoever is there is somebody else
-_FIRST_RETRY_S, _LAST_RETRY_S = 0.1, 2.0  # each retry waits twice as long as the one before
+_FIRST_RETRY_S, _LAST_RETRY_S = 0.1, 1.0  # each retry waits twice as long as the one before
 _SHOWN_BYTES = 32
 
 

@@ -24,10 +24,11 @@ TICKS_PER_REVOLUTION = 508.8
 _MAX_MM_S = 500  # Drive Direct
 _PASSIVE_MODE, _SAFE_MODE, _FULL_MODE = 1, 2, 3
 
-# Packet: bumps and wheel drops, cliff left, front left, front right, right, encoder counts left and right, battery charge and capacity,
-# charging sources, mode of the interface
-_PACKETS = (7, 9, 10, 11, 12, 43, 44, 25, 26, 34, 35)
-_LAYOUT = struct.Struct(">5B2h2H2B")
+# Group 1 (bumps and wheel drops, wall, four cliffs, virtual wall, overcurrents, dirt, unused), group 3 (charging state, voltage, current,
+# temperature, charge, capacity), encoder counts left and right, charging sources, mode. None of these numbers is an opcode, so that a
+# query which lost its first byte does nothing: packet 7, asked for by itself, would then be the reset of the robot.
+_PACKETS = (1, 3, 43, 44, 34, 35)
+_LAYOUT = struct.Struct(">10BBHhbHH2h2B")
 
 _BUMPS = (("bumper left", 0b0010), ("bumper right", 0b0001), ("wheel drop left", 0b1000), ("wheel drop right", 0b0100))
 _CLIFFS = ("cliff left", "cliff front left", "cliff front right", "cliff right")
@@ -37,14 +38,23 @@ class _Packets(NamedTuple):
     """The values of all packets, in the order in which they are asked for."""
 
     bumps: int
+    wall: int
     cliff_left: int
     cliff_front_left: int
     cliff_front_right: int
     cliff_right: int
-    left_ticks: int
-    right_ticks: int
+    virtual_wall: int
+    overcurrents: int
+    dirt: int
+    unused: int
+    charging_state: int
+    voltage_mv: int
+    current_ma: int
+    temperature_c: int
     charge_mah: int
     capacity_mah: int
+    left_ticks: int
+    right_ticks: int
     charging_sources: int
     mode: int
 
@@ -54,8 +64,9 @@ class _Packets(NamedTuple):
 
     def is_possible(self) -> bool:
         """Tell whether every value lies within its packet's range."""
-        in_range = self.bumps <= 15 and max(self.cliffs) <= 1 and self.charging_sources <= 3
-        return in_range and self.mode in (_PASSIVE_MODE, _SAFE_MODE, _FULL_MODE)
+        switches = max(self.wall, self.virtual_wall, *self.cliffs) <= 1 and self.bumps <= 15 and self.overcurrents <= 31
+        charging = self.charging_state <= 5 and self.charging_sources <= 3
+        return switches and charging and self.mode in (_PASSIVE_MODE, _SAFE_MODE, _FULL_MODE)
 
     def hazard(self) -> str:
         """Return which sensors say that the robot must not drive on."""
@@ -94,10 +105,14 @@ class Create2:
         """Return the query of all packets."""
         return bytes([QUERY_LIST, len(_PACKETS), *_PACKETS])
 
+    def resync(self) -> bytes:
+        """Return zeros, which no command begins with: they end what it takes for the rest of a command whose bytes were lost."""
+        return bytes(len(_PACKETS))
+
     def answer(self, sent: bytes, received: bytes) -> Answer:
         """Return what the packets say, behind an echo if there is one."""
         refused: tuple[str, ...] = ()
-        if received.startswith(sent):  # no answer begins like that: 15 is the highest first byte
+        if received[:1] == sent[:1]:  # no answer begins like that: 15 is the highest first byte
             received, refused = received[len(sent) :], (ECHO,)
         if len(received) < _LAYOUT.size:
             return Answer(refused=refused)
@@ -108,12 +123,12 @@ class Create2:
 
 
 def _sample(packets: _Packets) -> Sample:
-    """Return what packets mean. A robot that has left safe mode is brought back to it as soon as nothing stands against that."""
-    trouble, hazard, remedy = "", packets.hazard(), b""
+    """Return what packets mean. A robot that is not in safe mode is brought back to it as soon as nothing stands against that."""
+    trouble, hazard = "", packets.hazard()
+    remedy = b"" if packets.mode == _SAFE_MODE or packets.charging_sources or hazard else bytes([SAFE])
     if packets.charging_sources:
-        trouble = "Create 2 is on its charger"
+        trouble = "wheels: Create 2 is on its charger"
     elif packets.mode == _PASSIVE_MODE:
-        trouble, remedy = "Create 2 has left safe mode", b"" if hazard else bytes([SAFE])
-        hazard = hazard or "Create 2 stopped by itself"
+        trouble, hazard = "wheels: Create 2 has left safe mode", hazard or "Create 2 stopped by itself"
     battery = min(packets.charge_mah / packets.capacity_mah, 1.0) if packets.capacity_mah else None
     return Sample((packets.left_ticks, packets.right_ticks), trouble, hazard, battery, remedy)

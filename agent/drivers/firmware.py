@@ -65,6 +65,10 @@ class Firmware(Protocol):
         """Return what asks for the encoders."""
         ...
 
+    def resync(self) -> bytes:
+        """Return what ends a command that has lost bytes on its way, without beginning another."""
+        ...
+
     def answer(self, sent: bytes, received: bytes) -> Answer:
         """Return what the bytes mean that came since a request, or a command and a request, was sent."""
         ...

@@ -93,7 +93,7 @@ class Polling:
 
     def _drop_unasked(self) -> None:
         """Drop what nobody asked for, which may be a late answer: then wait until no more of it comes."""
-        if self._received.replace(self._firmware.traits.acknowledgement, b""):
+        if self._received.replace(self._firmware.traits.acknowledgement, b"").strip():  # a line's last byte may come late
             self._refused[UNASKED] += 1
             self._due_ns = max(self._due_ns, self._clock_ns() + QUIET_NS)
         self._received = b""
@@ -112,4 +112,7 @@ class Polling:
         return Timed(sample, (asked_ns + answered_ns) // 2)
 
     def _doubt(self) -> None:
-        self._asked_ns, self._is_doubtful = None, True
+        """Give an answer up, and let both sides come to rest."""
+        self._asked_ns, self._received, self._is_doubtful = None, b"", True
+        self._due_ns = self._clock_ns() + QUIET_NS
+        self._line.send(self._firmware.resync())

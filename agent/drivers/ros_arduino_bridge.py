@@ -64,6 +64,10 @@ class RosArduinoBridge:
         """Return `e`."""
         return b"e\r"
 
+    def resync(self) -> bytes:
+        """Return nothing: every command ends with its line."""
+        return b""
+
     def answer(self, sent: bytes, received: bytes) -> Answer:
         """Return the encoder counts, from the first line that holds any."""
         refused: list[str] = []

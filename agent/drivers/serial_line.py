@@ -8,7 +8,7 @@ from contextlib import suppress
 
 import serial
 
-_WRITE_LIMIT_S = 0.02  # a port that takes nothing for so long is lost
+_WRITE_LIMIT_S = 0.1  # a port that takes nothing for so long is lost
 _READ_BYTES = 4096
 
 
@@ -35,6 +35,8 @@ class SerialLine:
         """Send all of it; raises LineLost."""
         try:
             self._serial.write(data)
+        except serial.SerialTimeoutException:
+            raise LineLost("takes nothing any more") from None
         except (serial.SerialException, OSError):
             raise LineLost(self._how_lost()) from None
 

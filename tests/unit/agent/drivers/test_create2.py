@@ -9,12 +9,14 @@ import pytest
 from agent.drivers.create2 import Create2
 from agent.drivers.firmware import ECHO, GARBLED
 
-QUERY = bytes([149, 11, 7, 9, 10, 11, 12, 43, 44, 25, 26, 34, 35])
-SAFE, PASSIVE, OFF = 2, 1, 0
+QUERY = bytes([149, 6, 1, 3, 43, 44, 34, 35])
+OFF, PASSIVE, SAFE, FULL = range(4)
 
 
 def packets(bumps: int = 0, cliffs: bytes = b"\0\0\0\0", left: int = 0, right: int = 0, charging: int = 0, mode: int = SAFE) -> bytes:
-    return bytes([bumps]) + cliffs + struct.pack(">2h2H", left, right, 1200, 2696) + bytes([charging, mode])
+    group_1 = bytes([bumps, 0]) + cliffs + b"\0\0\x09\0"
+    group_3 = struct.pack(">BHhbHH", 0, 15000, -400, 25, 1200, 2696)
+    return group_1 + group_3 + struct.pack(">2h", left, right) + bytes([charging, mode])
 
 
 def test_start_and_safe_come_before_the_first_query() -> None:
@@ -65,15 +67,26 @@ def test_robot_that_has_left_safe_mode_is_brought_back_once_nothing_stands_again
     assert (lifted.hazard, lifted.remedy) == ("Create 2 stopped by itself", b"\x83")
 
 
+def test_robot_in_full_mode_which_has_no_protection_is_brought_back_to_safe_mode() -> None:
+    sample = Create2().answer(QUERY, packets(mode=FULL)).sample
+    assert sample is not None
+    assert (sample.trouble, sample.hazard, sample.remedy) == ("", "", b"\x83")
+
+
+def test_no_byte_of_a_query_is_an_opcode_that_does_anything_should_its_first_byte_be_lost() -> None:
+    assert all(byte not in {7, *range(128, 174)} for byte in QUERY[1:] + Create2().resync())
+
+
 def test_robot_on_its_charger_is_left_there() -> None:
     sample = Create2().answer(QUERY, packets(charging=2, mode=PASSIVE)).sample
     assert sample is not None
-    assert (sample.trouble, sample.hazard, sample.remedy) == ("Create 2 is on its charger", "", b"")
+    assert (sample.trouble, sample.hazard, sample.remedy) == ("wheels: Create 2 is on its charger", "", b"")
 
 
 def test_part_of_an_answer_is_waited_for() -> None:
     assert Create2().answer(QUERY, packets()[:-1]) == (None, (), False)
     assert Create2().answer(QUERY, QUERY + packets()[:-1]) == (None, (ECHO,), False)
+    assert Create2().answer(QUERY, QUERY[:-1]) == (None, (ECHO,), False)
 
 
 def test_echo_is_told_from_answers() -> None:
@@ -84,7 +97,7 @@ def test_echo_is_told_from_answers() -> None:
 
 @pytest.mark.parametrize(
     "said",
-    [packets() + b"\0", packets(bumps=16), packets(cliffs=b"\0\2\0\0"), packets(charging=4), packets(mode=OFF), packets(mode=4), b"x" * 15],
+    [packets() + b"\0", packets(bumps=16), packets(cliffs=b"\0\2\0\0"), packets(charging=4), packets(mode=OFF), packets(mode=4), b"x" * 26],
 )
 def test_values_that_no_packet_can_have_are_refused(said: bytes) -> None:
     assert Create2().answer(QUERY, said) == (None, (GARBLED,), True)
