@@ -25,9 +25,9 @@ class ClockMap(Message):
         """Return what the map server's clock reads at a time of the own one."""
         return self.server_ns + round(self.rate * (local_ns - self.local_ns))
 
-    def differs(self) -> ClockOffset:
-        """Return by how much the two clocks differ."""
-        return ClockOffset(offset_s=1e-9 * (self.server_ns - self.local_ns), drift_ppm=1e6 * (self.rate - 1.0), sigma_s=self.sigma_s)
+    def offset(self) -> ClockOffset:
+        """Return how far the map server's clock is ahead."""
+        return ClockOffset(offset_s=1e-9 * (self.server_ns - self.local_ns), sigma_s=self.sigma_s)
 
 
 class ServerStamps:

@@ -130,7 +130,7 @@ class Service:
             bytes_sent=self._bus.bytes_sent,
             stages=self._clock.times(),
             rig=self._pipeline.rig,
-            clock=None if self._helm.clock is None else self._helm.clock.differs(),
+            clock=None if self._helm.clock is None else self._helm.clock.offset(),
             battery=self._helm.wheels.battery,
         )
 

@@ -29,6 +29,7 @@ TURN_S = 0.05  # the longest sleep in one turn of the loop: a quarter of what th
 BEAT_S = 0.02  # between two instructions without an order: each wakes the guard, and a tenth of what it allows is often enough
 
 AGENT_SLOW = "readings: agent too slow"
+CLOCK_LEAPT = "clock: leapt"
 
 
 class WheelGuard(Protocol):
@@ -120,7 +121,7 @@ class Steering:
     def _listen(self) -> None:
         """Take what came from swarm and agent, what was sent last first: setpoints build on poses, and these on what the agent has seen."""
         self._server_clock.turn()
-        self._clock_map = self._server_clock.clock_map()
+        self._clock_map = self._server_clock.clock_map
         self._guard.stamp_by(self._clock_map)
         for world_time in self._world_times.take():
             self._server_clock.hear(world_time.stamp_ns)
@@ -172,7 +173,8 @@ class Steering:
         return decision.drive, decision.reason
 
     def _refused(self) -> Counter[str]:
-        return self._seat.counts + Counter(self._guard.refused) + Counter(self._bus.refused) + Counter({AGENT_SLOW: self._pipe.lost})
+        own = Counter({AGENT_SLOW: self._pipe.lost, CLOCK_LEAPT: self._server_clock.leaps})
+        return self._seat.counts + Counter(self._guard.refused) + Counter(self._bus.refused) + own
 
     def _instruct(self, order: DriveOrder | None) -> None:
         now_s = self._clock_s()

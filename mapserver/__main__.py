@@ -15,7 +15,7 @@ from mapserver.config import MapServerConfig, load_config
 from mapserver.formation.controller import FormationController
 from mapserver.leading import Lead
 from mapserver.pipeline import MapPipeline
-from mapserver.servertime import ServerTime
+from mapserver.servertime import ServerTime, steady_wall_clock
 from mapserver.service import MapService
 from protocol.bus import Bus
 from protocol.errors import OmmatidiaError
@@ -58,7 +58,7 @@ def _service(config: MapServerConfig, bus: Bus) -> MapService:
     clock = StageClock()
     names = [robot.name for robot in config.robots]
     batches: Batches = WorldBatches(names) if config.clock == "world" else WallBatches()
-    server_time = ServerTime(config.clock, time.time_ns)
+    server_time = ServerTime(config.clock, steady_wall_clock())
     broadcast = Broadcast(bus, epoch=time.time_ns() // 1_000_000)
     pipeline = MapPipeline(config.robots, clock, config.graph.effort())
     return MapService(bus, names, pipeline, batches, Lead(_controller(config)), server_time, broadcast, clock, loss=config.loss.loss())

@@ -2,12 +2,19 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable
 from typing import Literal
 
 from protocol.messages import ClockReading
 
 WALL_PERIOD_NS = 100_000_000  # of the formation: on the wall clock, batches come robot by robot
+
+
+def steady_wall_clock() -> Callable[[], int]:
+    """Return a clock that reads what the wall clock does now, and goes on by itself: no date that is set later makes stamps leap."""
+    ahead_ns = time.time_ns() - time.monotonic_ns()
+    return lambda: ahead_ns + time.monotonic_ns()
 
 
 class ServerTime:

@@ -230,11 +230,10 @@ class RigValue(Message):
 
 
 class ClockOffset(Message):
-    """How the map server's clock and a robot's own differ, as the robot has measured it."""
+    """How far the map server's clock is ahead of a robot's own, as the robot has measured it."""
 
-    offset_s: FiniteFloat  # by which the server's is ahead
-    drift_ppm: FiniteFloat  # by how much the server's runs faster
-    sigma_s: Annotated[FiniteFloat, Field(ge=0.0)]  # of the offset
+    offset_s: FiniteFloat
+    sigma_s: Annotated[FiniteFloat, Field(ge=0.0)]
 
 
 class AgentStatus(Message):

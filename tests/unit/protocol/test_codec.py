@@ -69,7 +69,7 @@ EXAMPLES: list[Message] = [
         reasons={"oversized": 1},
         bytes_sent=12,
         stages={"floor": StageTimes(p50_ms=1.5, p99_ms=2.5)},
-        clock=ClockOffset(offset_s=1.7e9, drift_ppm=-33.3, sigma_s=1e-4),
+        clock=ClockOffset(offset_s=1.7e9, sigma_s=1e-4),
     ),
     Poses(
         seq=4,
