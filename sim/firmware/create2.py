@@ -32,7 +32,7 @@ class Create2:
     def __init__(self, rig: Create2Rig, motors: Motors, now_s: float) -> None:
         self._rig, self._motors = rig, motors
         self._sensed: dict[int, int] = {number: packet.at_rest for number, packet in oi.PACKETS.items()}
-        self._deaf_until_s = now_s
+        self._deaf_until_s, self._booted = now_s, False
         self._begin(now_s)
 
     @property
@@ -80,7 +80,7 @@ class Create2:
         self._streaming, self._next_stream_s = False, now_s
         self._requested: dict[int, int] = dict.fromkeys((oi.VELOCITY, oi.RADIUS, oi.RIGHT_VELOCITY, oi.LEFT_VELOCITY), 0)
         self._command(STILL, now_s)
-        self._booted: bool = False
+        self._booted = False
         self._zero = self._motors.turning(now_s).angles_rad
         self._told = self._zero  # the angles at which distance and turn were last told
 

@@ -9,8 +9,10 @@ from pathlib import Path
 
 import pytest
 
+from agent.clock_map import ClockMap
 from agent.guard_pipe import DriveOrder
 from agent.guard_process import GuardProcess
+from agent.local_clock import LocalClock
 from protocol.messages import WheelReadings
 from tests.unit.agent.drivers.port import Board, Port
 
@@ -44,6 +46,8 @@ class Robot:
         start_s = time.monotonic()
         while not is_so():
             assert time.monotonic() - start_s < LIMIT_S, self.guard.condition
+            now_ns = time.monotonic_ns()
+            self.guard.stamp_by(ClockMap(local_ns=now_ns, server_ns=now_ns, rate=1.0, sigma_s=0.0))
             self.guard.instruct(order)
             self.readings += self.guard.take()
             if heard := self.port.heard():
@@ -61,7 +65,7 @@ def robot(tmp_path: Path) -> Iterator[Robot]:
     port = Port(tmp_path)
     file = tmp_path / "r1.toml"
     file.write_text(CONFIG.format(port=port.path))
-    with GuardProcess.start(file) as guard:
+    with GuardProcess.start(file, LocalClock()) as guard:
         yield Robot(guard, port, Board())
     port.pull()
 
