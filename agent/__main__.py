@@ -22,8 +22,9 @@ from agent.methods import make_pipeline
 from agent.process import new_epoch, run_until_stopped
 from agent.service import Service
 from protocol.news import News
+from protocol.service_manager import ServiceManager
 from protocol.stage_clock import StageClock
-from protocol.stopping import StopRequest, open_client
+from protocol.stopping import StopRequest, await_client
 
 _log = logging.getLogger(__name__)
 
@@ -45,12 +46,15 @@ def _serve(config_file: Path, clock: str, config: AgentConfig, stop: StopRequest
     stage_clock = StageClock()
     epoch = new_epoch()
     with ExitStack() as stack:
+        manager = stack.enter_context(ServiceManager())
         helm = stack.enter_context(HelmProcess.start(config_file, local_clock, stamps))  # first: it has the wheels stand
         news = stack.enter_context(News())
         news.watch(helm)
-        bus = stack.enter_context(open_client(config.robot.site, config.robot.endpoint, stop.asked, news))
-        pipeline = make_pipeline(config.robot.name, epoch, config.robot.method, config.body.body(), calibration, stage_clock)
         helm.wait_ready(stop.asked)
+        waiting = partial(_wait_for_server, config.robot.endpoint, helm, manager)
+        bus = stack.enter_context(await_client(config.robot.site, config.robot.endpoint, stop.asked, news, waiting))
+        pipeline = make_pipeline(config.robot.name, epoch, config.robot.method, config.body.body(), calibration, stage_clock)
+        helm.wait_linked(stop.asked)
         size_px = (calibration.width_px, calibration.height_px)
         camera = open_camera(
             config.robot, config.camera, size_px, news=news, stopping=stop.asked, stamp_ns=stamps.stamp_ns, clock=stage_clock
@@ -58,7 +62,16 @@ def _serve(config_file: Path, clock: str, config: AgentConfig, stop: StopRequest
         stack.enter_context(closing(camera))
         gc.freeze()  # what is loaded by now lives as long as the process: no collection has to look through it
         _log.info("ready, epoch %d", epoch)
-        Service(config, camera, helm, bus, pipeline, wait=news.wait, epoch=epoch, clock=stage_clock).run(stop.asked)
+        Service(config, camera, helm, bus, pipeline, wait=news.wait, manager=manager, epoch=epoch, clock=stage_clock).run(stop.asked)
+
+
+def _wait_for_server(endpoint: str, helm: HelmProcess, manager: ServiceManager) -> None:
+    """Tell systemd that the robot stands ready and waits for its map server. Raises DriverError where the helm is lost."""
+    helm.take()
+    if manager.fares(f"no map server at {endpoint} yet: standing"):
+        _log.warning("nobody answers at %s: is the map server running? Waiting for it", endpoint)
+    manager.ready()
+    manager.turn()
 
 
 def main(arguments: list[str]) -> int:

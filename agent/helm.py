@@ -9,6 +9,7 @@ from __future__ import annotations
 import gc
 import sys
 from contextlib import ExitStack
+from functools import partial
 from pathlib import Path
 
 from agent.child import told
@@ -22,7 +23,7 @@ from agent.steering import Steering
 from protocol.errors import OmmatidiaError
 from protocol.logs import start_logging
 from protocol.news import News
-from protocol.stopping import Stopped, StopRequest, open_client
+from protocol.stopping import Stopped, StopRequest, await_client
 
 
 def main(arguments: list[str]) -> int:
@@ -55,11 +56,20 @@ def _steer(config_file: Path, clock: LocalClock, pipe: Pipe, stop: StopRequest) 
         news = stack.enter_context(News())
         news.watch(guard)
         news.watch(pipe)
-        bus = stack.enter_context(open_client(config.robot.site, config.robot.endpoint, gone, news))
-        steering = Steering(config, bus, guard, pipe, clock)
         guard.wait_ready(gone)
+        waiting = partial(_tell_waiting, config.robot.endpoint, guard, pipe)
+        bus = stack.enter_context(await_client(config.robot.site, config.robot.endpoint, gone, news, waiting))
+        steering = Steering(config, bus, guard, pipe, clock)
         gc.freeze()  # what is loaded by now lives as long as the process: no collection has to look through it, and hold up the wheels
         steering.run(stop.asked, news.wait)
+
+
+def _tell_waiting(endpoint: str, guard: GuardProcess, pipe: Pipe) -> None:
+    """Tell the agent that there is no map server yet, and how the wheels fare, which stand. Raises DriverError where the guard is lost."""
+    guard.take()
+    why = f"no map server at {endpoint} yet: standing"
+    refused = dict(guard.refused)
+    pipe.send(HelmReport(fault="", readings=None, drive="standing", why=why, wheels=guard.condition, refused=refused, is_linked=False))
 
 
 if __name__ == "__main__":

@@ -27,4 +27,5 @@ class HelmReport(Message):
     wheels: WheelCondition
     refused: dict[str, Count]  # what came in place of setpoints, poses and readings, by reason
     knows_clock: bool = False  # what the map server's clock reads, by a map or by what it announces
+    is_linked: bool = True  # to the map server; before it is for the first time, nobody steers
     clock: ClockMap | None = None  # by which frames are to be stamped; None while there is none, and in a world's clock

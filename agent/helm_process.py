@@ -64,8 +64,12 @@ class HelmProcess:
         return self._child.pipe.fileno()
 
     def wait_ready(self, stopping: Callable[[], bool]) -> None:
-        """Wait until the helm steers. Raises DriverError where it fails, Stopped as soon as `stopping` says so."""
+        """Wait until the helm has its wheel guard. Raises DriverError where it fails, Stopped as soon as `stopping` says so."""
         self._child.wait_ready(self._has_reported, stopping)
+
+    def wait_linked(self, stopping: Callable[[], bool]) -> None:
+        """Wait until the helm steers, once there is a map server. Raises DriverError where it fails, Stopped as `stopping` says so."""
+        self._child.wait_ready(self._is_linked, stopping)
 
     def see(self, local_map: LocalMap, angles_rad: Array) -> None:
         """Tell the helm of the newest local map, made with the wheels at (2,) [rad]."""
@@ -91,6 +95,9 @@ class HelmProcess:
     def _has_reported(self) -> bool:
         self.take()
         return self._last is not None
+
+    def _is_linked(self) -> bool:
+        return self._has_reported() and self._last is not None and self._last.is_linked
 
     def __enter__(self) -> Self:
         return self

@@ -19,6 +19,7 @@ from agent.wheel_history import WheelHistory
 from protocol.bus import Bus
 from protocol.geometry import Array
 from protocol.messages import AgentStatus, DebugPicture, Drive, LocalMap, WheelReadings
+from protocol.service_manager import ServiceManager
 from protocol.stage_clock import StageClock
 from protocol.topics import AGENT_ALIVE, AGENT_DEBUG, AGENT_REPORT, AGENT_STATUS, LOCAL_MAP, MOTION_VECTORS
 
@@ -88,6 +89,7 @@ class Service:
         pipeline: Pipeline,
         *,
         wait: Callable[[float], object],
+        manager: ServiceManager | None = None,
         epoch: int = 0,
         clock: StageClock | None = None,
         clock_s: Callable[[], float] = time.monotonic,
@@ -95,6 +97,7 @@ class Service:
         self._robot, self._epoch = config.robot.name, epoch
         self._camera, self._helm, self._bus, self._pipeline = camera, helm, bus, pipeline
         self._clock, self._clock_s, self._wait = clock or StageClock(), clock_s, wait
+        self._manager = manager or ServiceManager({})
         self._wheels, self._liveness = WheelHistory(), Liveness()
         self._frames = {"received": 0, "used": 0, "dropped": 0}
         self._reasons: Counter[str] = Counter()
@@ -109,7 +112,9 @@ class Service:
     def run(self, stopping: Callable[[], bool]) -> None:
         """Turn until asked to stop. Raises DriverError where camera or helm are lost for good."""
         self._bus.announce(AGENT_ALIVE, robot=self._robot)
+        self._manager.ready()
         while not stopping():
+            self._manager.turn()
             frame = self._receive()
             if frame is not None:
                 self._step(frame, stopping)
@@ -185,7 +190,9 @@ class Service:
         """Sleep until there is news, unless a further frame may wait already."""
         if self._clock_s() - self._last_status_s >= STATUS_PERIOD_S:
             self._last_status_s = self._clock_s()
-            self._statuses.put(self.status())
+            status = self.status()
+            self._statuses.put(status)
+            self._manager.fares(status.state)
         if not is_busy:
             self._wait(TURN_S)
 

@@ -25,11 +25,14 @@ class ServiceManager:
         is_watched = "WATCHDOG_USEC" in environment and environment.get("WATCHDOG_PID", str(os.getpid())) == str(os.getpid())
         self._feed_every_s = 1e-6 * float(environment["WATCHDOG_USEC"]) / _FEEDS if is_watched else None
         self._fed_s = clock_s()
+        self._is_ready = False
         self._status = ""
 
     def ready(self) -> None:
-        """Say that the service serves."""
-        self._tell("READY=1")
+        """Say, once, that the service serves."""
+        if not self._is_ready:
+            self._is_ready = True
+            self._tell("READY=1")
 
     def turn(self) -> None:
         """Say, now and then, that the loop turns; a loop that does not is ended by the watchdog."""
@@ -37,11 +40,13 @@ class ServiceManager:
             self._fed_s = self._clock_s()
             self._tell("WATCHDOG=1")
 
-    def fares(self, status: str) -> None:
-        """Say in one line how the service fares, where that has changed."""
-        if status != self._status:
-            self._status = status
-            self._tell(f"STATUS={status}")
+    def fares(self, status: str) -> bool:
+        """Say in one line how the service fares, where that has changed; return whether it has."""
+        if status == self._status:
+            return False
+        self._status = status
+        self._tell(f"STATUS={status}")
+        return True
 
     def _tell(self, message: str) -> None:
         if self._socket is not None:

@@ -40,10 +40,22 @@ def open_client(site: str, endpoint: str, stopping: Callable[[], bool], news: Ne
     What comes over the link is told to `news`.
     """
     deadline_s = time.monotonic() + timeout_s
+
+    def waiting() -> None:
+        if time.monotonic() >= deadline_s:
+            raise LinkError(f"nobody answers at {endpoint} within {timeout_s:g} s")
+
+    return await_client(site, endpoint, stopping, news, waiting)
+
+
+def await_client(site: str, endpoint: str, stopping: Callable[[], bool], news: News, waiting: Callable[[], None]) -> Bus:
+    """Connect to a router, however long it takes to be there; `waiting` is called twice a second meanwhile, and may raise.
+
+    Raises Stopped as soon as `stopping` says so. What comes over the link is told to `news`.
+    """
     while not stopping():
         try:
             return Bus.open_client(site, endpoint, timeout_s=_ATTEMPT_S, news=news)
         except LinkError:
-            if time.monotonic() >= deadline_s:
-                raise LinkError(f"nobody answers at {endpoint} within {timeout_s:g} s") from None
+            waiting()
     raise Stopped
