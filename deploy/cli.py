@@ -178,6 +178,18 @@ def release(endpoint: Endpoint, robots: Robots = None, site: Site = "home", reas
     order_stop("release", robots or [], endpoint, site, reason, print)
 
 
+@app.command(epilog="Examples:\n\nommatidia doctor\n\nommatidia doctor --config agent.toml --json")
+def doctor(
+    config: Annotated[Path, typer.Option(metavar="FILE", help="The robot's settings, as TOML.")] = Path("/etc/ommatidia/agent.toml"),
+    as_json: Annotated[bool, typer.Option("--json", help="Say it as one JSON list.")] = False,
+) -> None:
+    """Say what is wrong with a robot: cause and next step of each part that fails. Exit code 1 where one does."""
+    from agent.doctor.diagnosis import diagnose
+    from deploy.doctor_command import tell_as_json, tell_findings
+
+    raise typer.Exit((tell_as_json if as_json else tell_findings)(diagnose(config), print))
+
+
 @config_app.command(
     epilog="Examples:\n\nommatidia config check /etc/ommatidia/agent.toml\n\nommatidia config check mine.toml --role scenario"
 )

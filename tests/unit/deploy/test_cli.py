@@ -11,7 +11,7 @@ import pytest
 
 from deploy.cli import run
 
-COMMANDS = ("replay", "evaluate", "demo", "agent", "mapserver", "stop", "release")
+COMMANDS = ("replay", "evaluate", "demo", "agent", "mapserver", "doctor", "stop", "release")
 
 Fails = Callable[..., str]
 
