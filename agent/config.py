@@ -70,7 +70,7 @@ class V4l2CameraSettings(Settings):
 
     driver: Literal["v4l2"]
     calibration: Path
-    device: Path = Path("/dev/ommatidia-camera")  # a name that stays: of a udev rule, or below /dev/v4l/by-id
+    device: Path = Path("/dev/ommatidia/camera")  # a name that stays: of a udev rule, or below /dev/v4l/by-id
     rate_hz: Rate = 10.0  # more than the agent can take costs time and tells nothing: it sees the newest frame only
     mjpg: bool = True  # compressed by the camera: several cameras, or large pictures, are too much for one USB bus otherwise
     exposure_s: Exposure = 0.01  # 0: the camera's own choice. Fixed keeps the floor's brightness; 0.01 and 0.02 do not flicker at 50 Hz

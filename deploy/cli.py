@@ -178,16 +178,17 @@ def release(endpoint: Endpoint, robots: Robots = None, site: Site = "home", reas
     order_stop("release", robots or [], endpoint, site, reason, print)
 
 
-@app.command(epilog="Examples:\n\nommatidia doctor\n\nommatidia doctor --config agent.toml --json")
+@app.command(epilog="Examples:\n\nommatidia doctor\n\nommatidia doctor --push\n\nommatidia doctor --config agent.toml --json")
 def doctor(
     config: Annotated[Path, typer.Option(metavar="FILE", help="The robot's settings, as TOML.")] = Path("/etc/ommatidia/agent.toml"),
     as_json: Annotated[bool, typer.Option("--json", help="Say it as one JSON list.")] = False,
+    push: Annotated[bool, typer.Option("--push", help="Ask for a push of the robot, to see both encoders turn.")] = False,
 ) -> None:
     """Say what is wrong with a robot: cause and next step of each part that fails. Exit code 1 where one does."""
     from agent.doctor.diagnosis import diagnose
     from deploy.doctor_command import tell_as_json, tell_findings
 
-    raise typer.Exit((tell_as_json if as_json else tell_findings)(diagnose(config), print))
+    raise typer.Exit((tell_as_json if as_json else tell_findings)(diagnose(config, _ask if push else None), print))
 
 
 @config_app.command(
@@ -204,6 +205,11 @@ def check(
     from deploy.config_command import check_config
 
     check_config(file, role, print)
+
+
+def _ask(what: str) -> None:
+    """Ask a person for something, beside whatever is said on stdout."""
+    print(what, file=sys.stderr)
 
 
 def main() -> NoReturn:

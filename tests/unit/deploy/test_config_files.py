@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 import tomllib
 from pathlib import Path
@@ -10,10 +11,12 @@ import pytest
 from pydantic import BaseModel
 
 from agent.calibration import read_calibration
+from agent.config import AgentConfig, BodySettings, DriveSettings, RosArduinoBridgeSettings, V4l2CameraSettings
+from agent.config import RobotSettings as AgentRobotSettings
 from mapserver.config import FormationSettings, GraphSettings, LossSettings, MapServerConfig, RobotSettings
 
 SETTINGS = Path(__file__).parents[3] / "deploy" / "config"
-NONE_IS_SHOWN_BY_EXAMPLE = {"leader", "bounds", "deck_radius_m", "deck_height_m"}
+NONE_IS_SHOWN_BY_EXAMPLE = {"leader", "bounds", "deck_radius_m", "deck_height_m", "pid"}
 
 
 def uncommented(file: str) -> dict[str, object]:
@@ -22,24 +25,30 @@ def uncommented(file: str) -> dict[str, object]:
 
 
 @pytest.mark.parametrize(
-    ("path", "model"),
+    ("file", "path", "model"),
     [
-        ((), MapServerConfig),
-        (("robots", 0), RobotSettings),
-        (("formation",), FormationSettings),
-        (("graph",), GraphSettings),
-        (("loss",), LossSettings),
+        ("mapserver.toml", (), MapServerConfig),
+        ("mapserver.toml", ("robots", 0), RobotSettings),
+        ("mapserver.toml", ("formation",), FormationSettings),
+        ("mapserver.toml", ("graph",), GraphSettings),
+        ("mapserver.toml", ("loss",), LossSettings),
+        ("agent.toml", (), AgentConfig),
+        ("agent.toml", ("robot",), AgentRobotSettings),
+        ("agent.toml", ("body",), BodySettings),
+        ("agent.toml", ("camera",), V4l2CameraSettings),
+        ("agent.toml", ("wheels",), RosArduinoBridgeSettings),
+        ("agent.toml", ("drive",), DriveSettings),
     ],
 )
-def test_every_key_of_the_map_server_is_explained_with_its_default(path: tuple[str | int, ...], model: type[BaseModel]) -> None:
-    whole = uncommented("mapserver.toml")
-    given = tomllib.loads((SETTINGS / "mapserver.toml").read_text())
+def test_every_key_is_explained_with_its_default(file: str, path: tuple[str | int, ...], model: type[BaseModel]) -> None:
+    whole = uncommented(file)
+    given = tomllib.loads((SETTINGS / file).read_text())
     for step in path:
         whole, given = whole[step], given.get(step, {}) if isinstance(step, str) else given[step]  # type: ignore[index,assignment]
     assert whole.keys() == model.model_fields.keys()
     for key in whole.keys() - given.keys() - NONE_IS_SHOWN_BY_EXAMPLE:
         default = model.model_fields[key].get_default()
-        assert whole[key] == (list(default) if isinstance(default, tuple) else default), key
+        assert whole[key] == json.loads(json.dumps(default, default=str)), key
 
 
 def test_the_lens_that_is_installed_can_be_used() -> None:

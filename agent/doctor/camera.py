@@ -1,0 +1,94 @@
+"""The doctor on the camera: whether it is found, how fast its pictures come, and whether they are light and sharp enough."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from contextlib import closing
+
+import numpy as np
+from numpy.typing import NDArray
+
+from agent.config import AgentConfig, BusCameraSettings
+from agent.doctor.finding import Finding, bad, good, warning
+from agent.drivers.camera import Camera
+from agent.drivers.cameras import open_camera
+from agent.rig import Calibration
+from agent.vision.brightness import BRIGHT_PERCENTILE, LEAST_LEVEL
+from agent.vision.sharpness import BLURRED, sharpness
+from protocol.news import News
+from protocol.stage_clock import StageClock
+
+WATCH_S = 4.0  # a camera needs a second or two to begin
+_MIDDLE = 4  # the middle part of the picture, in which sharpness is measured, begins and ends at this fraction of it
+_TURN_S = 0.1
+
+Picture = NDArray[np.uint8]
+
+
+def examine_camera(config: AgentConfig, calibration: Calibration) -> list[Finding]:
+    """Return what the robot's camera shows in a few seconds, where it is one on this machine that nobody else reads."""
+    settings = config.camera
+    if isinstance(settings, BusCameraSettings):
+        return [good("camera", f"in a simulated or recorded world, at {settings.endpoint}")]
+    size_px = (calibration.width_px, calibration.height_px)
+    with News() as news:
+        camera = open_camera(
+            config.robot, settings, size_px, news=news, stopping=_never, stamp_ns=lambda local_ns: local_ns, clock=StageClock()
+        )
+        with closing(camera):
+            pictures, fault = watch(camera, news.wait)
+    return judge(pictures, camera.trouble or fault)
+
+
+def watch(camera: Camera, wait: Callable[[float], object]) -> tuple[list[Picture], str]:
+    """Return the pictures of a few seconds, and why the last frame that had none had none."""
+    pictures: list[Picture] = []
+    fault = ""
+    until_s = time.monotonic() + WATCH_S
+    while time.monotonic() < until_s:
+        frame = camera.read()
+        if frame is None:
+            wait(_TURN_S)
+        elif frame.picture is None:
+            fault = frame.fault
+        else:
+            pictures.append(frame.picture)
+    return pictures, fault
+
+
+def judge(pictures: list[Picture], trouble: str) -> list[Finding]:
+    """Return what pictures tell of their camera, and what it says itself: one line, its remedy behind a colon."""
+    if not pictures:
+        cause, _, remedy = trouble.removeprefix("camera: ").partition(": ")
+        next_step = remedy or "see [camera] in the settings; ls -l /dev/v4l/by-id; let nobody else use it"
+        return [bad("camera", "no picture", cause or "none came in time", next_step)]
+    rows, cols, _ = pictures[-1].shape
+    seen = f"{cols}x{rows}, {len(pictures)} pictures in {WATCH_S:g} s"
+    if trouble:
+        cause, _, remedy = trouble.removeprefix("camera: ").partition(": ")
+        return [warning("camera", seen, cause, remedy or "see the settings below [camera]")]
+    return [good("camera", seen), _exposure(pictures[-1]), _focus(pictures[-1])]
+
+
+def _exposure(picture: Picture) -> Finding:
+    bright = float(np.percentile(picture[::8, ::8], BRIGHT_PERCENTILE))
+    seen = f"the brightest parts have level {bright:.0f} of 255"
+    if bright < LEAST_LEVEL:
+        return bad("exposure", seen, "too dark to tell floor from noise", "more light, or a longer exposure_s and more gain")
+    return good("exposure", seen)
+
+
+def _focus(picture: Picture) -> Finding:
+    rows, cols, _ = picture.shape
+    middle = picture[rows // _MIDDLE : -rows // _MIDDLE, cols // _MIDDLE : -cols // _MIDDLE, 1]
+    found = sharpness(np.ascontiguousarray(middle))
+    if found is None:
+        return warning("focus", "no edge to judge by", "nothing in the middle has contrast", "put something printed under the robot")
+    if found < BLURRED:
+        return bad("focus", f"sharpness {found:.2f}", "out of focus", "turn the lens until the own rim is sharp, lock it, calibrate anew")
+    return good("focus", f"sharpness {found:.2f}")
+
+
+def _never() -> bool:
+    return False
