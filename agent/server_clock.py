@@ -99,7 +99,8 @@ class ServerClock:
             self._runs, self._is_outdated = reading.runs, False
         self.hear(reading.stamp_ns)
         if reading.runs == "wall":
-            self._measure(Exchange(self._local_ns(answer.asked_s), reading.stamp_ns, self._local_ns(answer.arrived_s)))
+            reached_s = answer.asked_s + reading.waited_s  # as if the question had been asked later, and answered at once
+            self._measure(Exchange(self._local_ns(reached_s), reading.stamp_ns, self._local_ns(answer.arrived_s)))
 
     def hear(self, stamp_ns: int) -> None:
         """Take note that a stamp has been."""

@@ -37,6 +37,7 @@ class ServerTime:
             self._stepped_ns = self._stamp_ns
         return is_due
 
-    def reading(self) -> ClockReading:
-        """Return what the clock says."""
-        return ClockReading(stamp_ns=self._wall_ns() if self._runs == "wall" else self._stamp_ns, runs=self._runs)
+    def reading(self, waited_s: float = 0.0) -> ClockReading:
+        """Return what the clock says to a question that has waited for so long."""
+        stamp_ns = self._wall_ns() if self._runs == "wall" else self._stamp_ns
+        return ClockReading(stamp_ns=stamp_ns, runs=self._runs, waited_s=waited_s)

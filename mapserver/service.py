@@ -151,7 +151,7 @@ class MapService:
 
     def _answer(self) -> None:
         for asked in self._clocks.take():
-            asked.reply(self._time.reading())
+            asked.reply(self._time.reading(self._clock_s() - asked.arrived_s))
         for snapshot in self._snapshots.take():
             snapshot.reply(self._pipeline.snapshot())
         for trajectories in self._trajectories.take():

@@ -12,7 +12,7 @@ import threading
 import time
 from collections import Counter, OrderedDict, deque
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Generic, NamedTuple, Protocol, TypeVar
 
 from protocol.codec import decode
@@ -179,6 +179,7 @@ class PendingQuery(Generic[M]):
 
     parameters: dict[str, str]
     reply: Callable[[M], None]
+    arrived_s: float = field(default_factory=time.monotonic)
 
 
 class QueryInbox(Generic[M]):

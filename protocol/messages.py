@@ -215,10 +215,11 @@ class StopState(Message):
 
 
 class ClockReading(Message):
-    """The map server's clock, read when it was asked for."""
+    """The map server's clock, read when it was answered."""
 
     stamp_ns: StampNs
     runs: Literal["wall", "world"]  # wall: by itself; world: from one announced stamp of a replayed or simulated world to the next
+    waited_s: Annotated[FiniteFloat, Field(ge=0.0)] = 0.0  # between question and answer, in the server
 
 
 class RigValue(Message):
