@@ -32,14 +32,14 @@ REPOSITORY = Path(__file__).resolve().parents[2]
 SITE = "lab"
 GAP_M = 0.45
 WHEEL_RADIUS_M, WHEEL_BASE_M = 0.03, 0.12
-READING_S, FRAME_S = 0.02, 0.1
+READING_S, FRAME_S = 0.02, 0.2
 SERVER = """\
 site = "lab"
 clock = "wall"
 {robots}
 [formation]
 kind = "column"
-goals = [[20.0, 0.0]]
+goals = [[6.0, 0.0]]
 """
 
 
