@@ -13,6 +13,7 @@ from pathlib import Path
 import cv2
 
 from agent.calibration import read_calibration
+from agent.camera_watch import CameraWatch
 from agent.clock_map import ServerStamps
 from agent.config import AgentConfig, load_config
 from agent.drivers.cameras import open_camera
@@ -60,9 +61,12 @@ def _serve(config_file: Path, clock: str, config: AgentConfig, stop: StopRequest
             config.robot, config.camera, size_px, news=news, stopping=stop.asked, stamp_ns=stamps.stamp_ns, clock=stage_clock
         )
         stack.enter_context(closing(camera))
+        watch = CameraWatch(calibration, config.body.body())
         gc.freeze()  # what is loaded by now lives as long as the process: no collection has to look through it
         _log.info("ready, epoch %d", epoch)
-        Service(config, camera, helm, bus, pipeline, wait=news.wait, manager=manager, epoch=epoch, clock=stage_clock).run(stop.asked)
+        Service(
+            config, camera, helm, bus, pipeline, watch=watch, wait=news.wait, manager=manager, epoch=epoch, clock=stage_clock
+        ).run(stop.asked)
 
 
 def _wait_for_server(endpoint: str, helm: HelmProcess, manager: ServiceManager) -> None:

@@ -24,7 +24,7 @@ from agent.vision.sharpness import Focus
 from protocol.geometry import Array
 from protocol.messages import RigValue, Sighting
 
-EVERY = 5  # frames
+EVERY = 10  # frames
 WAY_M, TURN_RAD = 0.05, 0.1  # driven between two looks at dirt
 WIDTH_PX = 640  # wider pictures are reduced first
 SMALL = 4  # pixels of that to one of the small picture in which dirt is looked for

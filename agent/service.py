@@ -9,6 +9,7 @@ from collections.abc import Callable, Mapping
 from typing import Protocol
 
 from agent import debug
+from agent.camera_watch import CameraWatch
 from agent.clock_map import ClockMap
 from agent.config import AgentConfig
 from agent.drivers.camera import Camera, CapturedFrame
@@ -77,7 +78,8 @@ class Helm(Protocol):
 class Service:
     """One robot's agent. Camera, helm and pipeline must be ready: `run` announces that the robot is there.
 
-    `wait` sleeps for at most some seconds, until there is news from the camera, the helm or the bus.
+    `watch` looks after the camera's pictures. `wait` sleeps for at most some seconds, until there is news from the camera, the helm or
+    the bus.
     """
 
     def __init__(
@@ -88,6 +90,7 @@ class Service:
         bus: Bus,
         pipeline: Pipeline,
         *,
+        watch: CameraWatch | None = None,
         wait: Callable[[float], object],
         manager: ServiceManager | None = None,
         epoch: int = 0,
@@ -98,7 +101,7 @@ class Service:
         self._camera, self._helm, self._bus, self._pipeline = camera, helm, bus, pipeline
         self._clock, self._clock_s, self._wait = clock or StageClock(), clock_s, wait
         self._manager = manager or ServiceManager({})
-        self._wheels, self._liveness = WheelHistory(), Liveness()
+        self._wheels, self._liveness, self._watch = WheelHistory(), Liveness(), watch
         self._frames = {"received": 0, "used": 0, "dropped": 0}
         self._reasons: Counter[str] = Counter()
         self._last_stamp_ns = -1
@@ -128,7 +131,7 @@ class Service:
         return AgentStatus(
             robot=self._robot,
             epoch=self._epoch,
-            state=self._helm.wheels.trouble or self._trouble() or why or "mapping",
+            state="; ".join(line for line in (self._helm.wheels.trouble or self._trouble() or why, self._complaint()) if line) or "mapping",
             drive=drive,
             frames=dict(self._frames),
             reasons=dict(reasons + Counter(self._camera.refused) + Counter(self._bus.refused)),
@@ -166,10 +169,21 @@ class Service:
             step = self._pipeline.step(frame.stamp_ns, None if fault else frame.picture, wheels)
             self._helm.see(step.local_map, angles_rad)  # first, so that setpoints which build on this map find it there
             self._publish(step)
+        with self._clock.stage("watch"):
+            self._look_after(frame, fault, angles_rad, step)
         if step.local_map.picture == "dropped":
             self._drop(frame, fault or UNUSED)
         else:
             self._frames["used"] += 1
+
+    def _look_after(self, frame: CapturedFrame, fault: str, angles_rad: Array, step: Step) -> None:
+        """Have the watch look at the picture, now that all who wait for the frame have what it gave."""
+        if self._watch is None:
+            return
+        if fault or frame.picture is None:
+            self._watch.fail(fault)
+        else:
+            self._watch.look(frame.picture, angles_rad, step.local_map.sightings)
 
     def _publish(self, step: Step) -> None:
         self._vectors.put(step.vectors)
@@ -221,6 +235,10 @@ class Service:
         if view is None or name not in debug.PICTURES:
             return None
         return DebugPicture(robot=self._robot, stamp_ns=view.stamp_ns, name=name, png=debug.png(debug.PICTURES[name](view)))
+
+    def _complaint(self) -> str:
+        """Return what a person has to put right about the camera, or nothing."""
+        return "" if self._watch is None else self._watch.complaint(self._pipeline.rig)
 
     def _trouble(self) -> str:
         """Return what keeps the robot from mapping well, or nothing."""

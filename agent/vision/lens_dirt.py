@@ -21,9 +21,9 @@ FINE_PX = 5  # of the small picture: what is wider than this is not fine
 LOOKS = 60  # until a verdict, each from another place
 RINGS = 6  # of cells that see floor at about the same distance
 LOW_PERCENTILE = 15.0  # of the cells in a ring: what these show at least, all clean ones do; more than so many are never dirty
-DIRTY_SHARE = 0.3  # of that
-LEAST_CHANGE = 0.5  # of that, in noise: on a floor as plain as this nothing can be told
-LEAST_CELLS = 2
+DIRTY_SHARE = 0.15  # of that
+LEAST_CHANGE = 2.0  # of that, in noise: on a floor plainer than this nothing can be told
+LEAST_CELLS = 3
 LEAST_LOOKS_SHARE = 0.5  # in which a cell was not hidden by a robot
 AGREEING = 2  # verdicts in a row that name the same cell: a robot beside this one may hide it for one
 
@@ -45,7 +45,7 @@ class LensDirt:
         self._begin()
 
     def look(self, small: Picture, robots: Array) -> None:
-        """Take a picture from a new place, reduced to (CELL_PX rows, CELL_PX cols) grey; `robots` are bearing and half width, (n, 2) [rad]."""
+        """Take a picture from a new place, (CELL_PX rows, CELL_PX cols) grey; `robots` are bearing and half width, (n, 2) [rad]."""
         grey = small.astype(np.float32)
         fine = grey - cv2.blur(grey, (FINE_PX, FINE_PX))
         before, self._before = self._before, np.asarray(fine, np.float32)

@@ -20,7 +20,7 @@ BLOCK_PX, COARSE_PX = 8, 9
 STRONG_SHARE = 0.15  # of the blocks: those with the most contrast have the hardest edges
 LEAST_CONTRAST = 7.0  # grey levels, root mean square in a block: less tells nothing
 LEAST_BLOCKS = 12
-LOOKS = 20  # that have to agree
+LOOKS = 10  # that have to agree
 LOST_SHARE = 0.6  # of what the sharpness was: an edge that had a width of a pixel has two
 BLURRED = 0.5  # an edge is this sharp where it is smeared by one and a half pixels; a lens in focus gives 0.8 and more
 

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from agent.camera_watch import CameraWatch
 from agent.clock_map import ClockMap
 from agent.drivers.camera import UNDECODABLE, CapturedFrame
 from agent.drivers.wheels import WheelCondition
@@ -26,6 +27,7 @@ from protocol.geometry import Array
 from protocol.inbox import Inbox
 from protocol.messages import Drive, LocalMap, MotionVectors, RigValue, WheelReadings
 from protocol.topics import AGENT_ALIVE, AGENT_DEBUG, AGENT_REPORT, AGENT_STATUS, LOCAL_MAP, MOTION_VECTORS, Query, Topic
+from tests.unit.agent.eyes import CALIBRATION
 from tests.unit.agent.robot_config import CONFIG
 
 M = TypeVar("M", bound=Message)
@@ -317,6 +319,15 @@ def test_trouble_of_the_camera_is_the_status(swarm: Swarm) -> None:
     world.frames, world.readings, world.trouble = [frame(100)], [readings(100, until_ms=100)], ""
     service.run(world.runs_out)
     assert service.status().state == "mapping"
+
+
+def test_what_a_person_has_to_put_right_about_the_camera_stands_beside_the_status(swarm: Swarm) -> None:
+    black = [CapturedFrame(stamp_ms * MS, np.zeros((480, 640, 3), np.uint8)) for stamp_ms in (100, 200, 300)]
+    world = World(frames=black, readings=[readings(100, 200, 300, until_ms=300)], fares=("standing", "no setpoints"))
+    watch = CameraWatch(CALIBRATION, CONFIG.body.body())
+    service = Service(CONFIG, world, world, swarm.robot, FakePipeline(), watch=watch, wait=world.wait, clock_s=lambda: world.now_s)
+    service.run(world.runs_out)
+    assert service.status().state == "no setpoints; camera: black pictures: take the cap off the lens, or give light"
 
 
 def test_debug_picture_is_the_answer_to_its_name(swarm: Swarm, view: View) -> None:
