@@ -7,6 +7,7 @@ turn. Where the floor has harder edges, those tell.
 from __future__ import annotations
 
 from collections import deque
+from typing import Any
 
 import cv2
 import numpy as np
@@ -75,6 +76,6 @@ class Focus:
         return float(median(np.array(self._last)))
 
 
-def _block_means(field: NDArray[np.float32], rows: int, cols: int) -> NDArray[np.float32]:
+def _block_means(field: NDArray[Any], rows: int, cols: int) -> NDArray[np.float32]:
     """Return the means of blocks, (rows * cols,)."""
     return np.asarray(cv2.resize(field, (cols, rows), interpolation=cv2.INTER_AREA), np.float32).ravel()
