@@ -10,9 +10,11 @@ import time
 from pathlib import Path
 
 from mapserver.batching import Batches, WallBatches, WorldBatches
+from mapserver.batteries import Batteries
 from mapserver.broadcast import Broadcast
 from mapserver.config import MapServerConfig, load_config
 from mapserver.formation.controller import FormationController
+from mapserver.formation.homing import Homing
 from mapserver.leading import Lead
 from mapserver.pipeline import MapPipeline
 from mapserver.servertime import ServerTime, steady_wall_clock
@@ -61,12 +63,17 @@ def _service(config: MapServerConfig, bus: Bus) -> MapService:
     server_time = ServerTime(config.clock, steady_wall_clock())
     broadcast = Broadcast(bus, epoch=time.time_ns() // 1_000_000)
     pipeline = MapPipeline(config.robots, clock, config.graph.effort())
-    return MapService(bus, names, pipeline, batches, Lead(_controller(config)), server_time, broadcast, clock, loss=config.loss.loss())
+    batteries = Batteries(config.formation.low_battery)
+    return MapService(bus, names, pipeline, batches, _lead(config), server_time, broadcast, batteries, clock, loss=config.loss.loss())
 
 
-def _controller(config: MapServerConfig) -> FormationController | None:
+def _lead(config: MapServerConfig) -> Lead:
+    """Return who leads the swarm; nobody is moved where there is no task."""
     task = config.task()
-    return None if task is None else FormationController(task, {robot.name: robot.body_radius_m for robot in config.robots})
+    if task is None:
+        return Lead(None)
+    radii_m = {robot.name: robot.body_radius_m for robot in config.robots}
+    return Lead(FormationController(task, radii_m), Homing(task, radii_m))
 
 
 if __name__ == "__main__":

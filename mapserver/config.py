@@ -75,6 +75,7 @@ class FormationSettings(Settings):
     goals: tuple[tuple[Coordinate, Coordinate], ...] = ()  # [m; arena], one after the other
     cruise_m_s: Annotated[float, Field(gt=0.0, le=2.0, allow_inf_nan=False)] = 0.15
     max_speed_m_s: Annotated[float, Field(gt=0.0, le=2.0, allow_inf_nan=False)] = 0.22  # of a follower that catches up
+    low_battery: Annotated[float, Field(ge=0.0, le=0.6, allow_inf_nan=False)] = 0.2  # a robot with less of its charge goes home, and parks
     bounds: tuple[Coordinate, Coordinate, Coordinate, Coordinate] | None = None  # x_min, y_min, x_max, y_max: nobody drives beyond [m]
 
     @model_validator(mode="after")

@@ -1,10 +1,11 @@
-"""From one merged batch to one step of the formation: who counts as present, what is known of the floor, and the orders as messages."""
+"""From one merged batch to one step of the formation: who counts as present, who has to go home, and the orders as messages."""
 
 from __future__ import annotations
 
 from typing import NamedTuple
 
 from mapserver.formation.controller import FormationController, Orders
+from mapserver.formation.homing import Homing
 from mapserver.formation.task import Moment
 from mapserver.formation.trail import Reference
 from mapserver.pipeline import MapPipeline
@@ -27,28 +28,32 @@ class Said(NamedTuple):
 class Lead:
     """Steps the formation, if there is one, and remembers who was heard when."""
 
-    def __init__(self, controller: FormationController | None) -> None:
-        """Without a controller nobody is moved."""
-        self._controller = controller
+    def __init__(self, controller: FormationController | None, homing: Homing | None = None) -> None:
+        """Without a controller nobody is moved; without `homing` nobody goes home."""
+        self._controller, self._homing = controller, homing
         self._heard_ns: dict[str, int] = {}
 
-    def step(self, poses: Poses, pipeline: MapPipeline, present: frozenset[str], stopped: str) -> Orders:
-        """Return the orders for the stamp of these poses; `stopped` tells why the swarm is held."""
+    def step(self, poses: Poses, pipeline: MapPipeline, present: frozenset[str], stopped: str, low: frozenset[str] = frozenset()) -> Orders:
+        """Return the orders for the stamp of these poses; `stopped` tells why the swarm is held, `low` whose battery is low."""
         self._heard_ns |= {each.robot: poses.stamp_ns for each in poses.robots if not each.predicted}
         if self._controller is None:
             return Orders({}, "waiting", stopped or IDLE_REASON)
         at = {each.robot: Pose2(*each.arena_from_body) for each in poses.robots}
         here = {robot for robot in at if robot in present and self._is_heard(robot, poses.stamp_ns)}
-        return self._controller.step(
-            Moment(
-                stamp_ns=poses.stamp_ns,
-                poses={robot: pose for robot, pose in at.items() if robot in here},
-                lost={robot: pose for robot, pose in at.items() if robot not in here},
-                floor=pipeline.floor(),
-                moving=pipeline.moving(poses.stamp_ns),
-                stopped=stopped,
-            )
+        moment = Moment(
+            stamp_ns=poses.stamp_ns,
+            poses={robot: pose for robot, pose in at.items() if robot in here},
+            lost={robot: pose for robot, pose in at.items() if robot not in here},
+            floor=pipeline.floor(),
+            moving=pipeline.moving(poses.stamp_ns),
+            stopped=stopped,
         )
+        if self._homing is None:
+            return self._controller.step(moment)
+        homeward = self._homing.step(moment, low)
+        orders = self._controller.step(homeward.others)
+        reason = ", ".join(filter(None, (orders.reason, homeward.reason)))
+        return orders._replace(references={**orders.references, **homeward.references}, reason=reason)
 
     def _is_heard(self, robot: str, stamp_ns: int) -> bool:
         return robot in self._heard_ns and stamp_ns - self._heard_ns[robot] <= SILENCE_NS

@@ -8,6 +8,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable
 
 from mapserver.batching import Batch, Batches
+from mapserver.batteries import Batteries
 from mapserver.broadcast import Broadcast
 from mapserver.intake import Intake
 from mapserver.leading import Lead
@@ -22,6 +23,7 @@ from protocol.stage_clock import StageClock
 from protocol.topics import (
     ACKNOWLEDGEMENT,
     AGENT_ALIVE,
+    AGENT_STATUS,
     LOCAL_MAP,
     MAP_SNAPSHOT,
     MAP_UPDATE,
@@ -51,6 +53,7 @@ class MapService:
         lead: Lead,
         server_time: ServerTime,
         broadcast: Broadcast,
+        batteries: Batteries,
         clock: StageClock,
         clock_s: Callable[[], float] = time.monotonic,
         loss: Loss | None = None,
@@ -58,7 +61,7 @@ class MapService:
         """Open all topics on `bus`; only local maps of `robots` are taken, without those that `loss` drops."""
         self._bus, self._pipeline, self._batches = bus, pipeline, batches
         self._lead, self._time, self._broadcast = lead, server_time, broadcast
-        self._stop = StopLatch()
+        self._batteries, self._stop = batteries, StopLatch()
         self._clock, self._clock_s = clock, clock_s
         self._intake = Intake(robots)
         self._bytes_received = 0
@@ -67,6 +70,7 @@ class MapService:
         self._present = bus.presence(AGENT_ALIVE)
         self._local_maps = bus.inbox(LOCAL_MAP, loss)
         self._world_times = bus.inbox(WORLD_TIME)
+        self._statuses = bus.inbox(AGENT_STATUS)
         self._poses = bus.publisher(POSES)
         self._map = bus.publisher(MAP_UPDATE)
         self._acknowledgements = {robot: bus.publisher(ACKNOWLEDGEMENT, robot=robot) for robot in robots}
@@ -136,8 +140,9 @@ class MapService:
         self._time.reached(merged.poses.stamp_ns)
         if not self._time.is_step_due():
             return
+        self._batteries.note(self._statuses.take())
         with self._clock.stage("formation"):
-            orders = self._lead.step(merged.poses, self._pipeline, self._present.present, self._stop.reason)
+            orders = self._lead.step(merged.poses, self._pipeline, self._present.present, self._stop.reason, self._batteries.low)
         self._broadcast.send(orders, merged.poses.stamp_ns)
 
     def _obey(self) -> None:

@@ -176,6 +176,8 @@ class Driving:
 
     def _open_up(self, cost_map: CostMap) -> None:
         """Let followers use the room that there is by now, where that brings them well nearer to their open places."""
+        if not self.plan.offsets.size:
+            return  # nobody follows
         ahead_m = self.arc_m + np.linspace(0.0, OPEN_REACH_M, OPEN_SAMPLES)
         drawn_in_m = self.plan.drawn_in_m(ahead_m).mean()
         if drawn_in_m < OPENING_M:

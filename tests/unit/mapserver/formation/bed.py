@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from mapserver.formation.controller import FormationController, Orders
 from mapserver.formation.floor import Floor
+from mapserver.formation.homing import Homing
 from mapserver.formation.shapes import follower_offsets
 from mapserver.formation.task import Moment, Task
 from mapserver.formation.trail import Reference
@@ -92,6 +93,8 @@ class Bed:
         self.cells: NDArray[np.uint8] = np.full(SHAPE, UNKNOWN, np.uint8)
         self.truth = self.arena.cells(np.zeros(len(self.arena.things)))
         self.seen = np.zeros(SHAPE, bool)
+        self.homing = Homing(self.task, dict.fromkeys(self.robots, RADIUS_M))
+        self.low: frozenset[str] = frozenset()
         self.stopped = ""
         self.moving: list[Array] = []
         self._step = 0
@@ -117,7 +120,9 @@ class Bed:
             moving=self.moving,
             stopped=self.stopped,
         )
-        orders = self.controller.step(moment)
+        homeward = self.homing.step(moment, self.low)
+        orders = self.controller.step(homeward.others)
+        orders = orders._replace(references={**orders.references, **homeward.references}, reason=orders.reason or homeward.reason)
         self._record(orders)
         for name, robot in self.robots.items():
             reference = orders.references.get(name) if name in self.present else None
