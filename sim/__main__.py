@@ -13,7 +13,7 @@ from protocol.errors import OmmatidiaError
 from protocol.logs import start_logging
 from protocol.stopping import StopRequest
 from sim.arena import random_arena
-from sim.scenario import SCENARIOS, Scenario, load_scenario
+from sim.scenario import Scenario, named_scenario
 from sim.world_run import Plan, run_world
 
 BAD_USAGE = 2
@@ -33,6 +33,8 @@ def main() -> int:
     arguments = usage.parse_args()
     if arguments.clock == "real" and math.isinf(arguments.pace):
         usage.error("--clock real needs a finite --pace")
+    if arguments.clock == "wall" and arguments.pace != 1.0:
+        usage.error("--clock wall has the pace of the wall clock: leave --pace away")
     try:
         scenario = chosen_scenario(arguments)
         report = run_world(Plan(scenario, arguments.out, arguments.site, arguments.clock, arguments.pace, arguments.record), stop.asked)
@@ -46,11 +48,7 @@ def main() -> int:
 
 def chosen_scenario(arguments: argparse.Namespace) -> Scenario:
     """Return the scenario of a file, one that ships with the world, or a random arena; raises ConfigError."""
-    if arguments.scenario is None:
-        scenario = random_arena(arguments.seed, arguments.robots)
-    else:
-        shipped = SCENARIOS / f"{arguments.scenario}.toml"
-        scenario = load_scenario(shipped if shipped.is_file() else Path(arguments.scenario))
+    scenario = random_arena(arguments.seed, arguments.robots) if arguments.scenario is None else named_scenario(arguments.scenario)
     return scenario if arguments.duration is None else scenario.model_copy(update={"duration_s": arguments.duration})
 
 
@@ -67,7 +65,12 @@ def parser() -> argparse.ArgumentParser:
     what.add_argument("--seed", type=_count, metavar="N", help="a random arena")
     usage.add_argument("--robots", type=_count, default=3, metavar="N", help="in a random arena (default: 3)")
     usage.add_argument("--site", default="world", help="name of the site on the world's router (default: world)")
-    usage.add_argument("--clock", choices=("lockstep", "real"), default="lockstep", help="wait for every robot's answer, or for nobody")
+    usage.add_argument(
+        "--clock",
+        choices=("lockstep", "real", "wall"),
+        default="lockstep",
+        help="wait for every robot's answer, or for nobody; `wall` also stamps in wall time and drops pictures that it is too slow for",
+    )
     usage.add_argument("--pace", type=_pace, default=1.0, help="world time over real time at most, or `max` (default: 1.0)")
     usage.add_argument("--duration", type=_positive, metavar="S", help="seconds of world time (default: as the scenario says)")
     usage.add_argument("--out", type=Path, required=True, metavar="DIR", help="where handout, truth and report go")

@@ -5,6 +5,48 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable
+from typing import Protocol
+
+
+class Pace(Protocol):
+    """When steps are due, on a clock of its own [s], and what is shown of them."""
+
+    @property
+    def world_s(self) -> float:
+        """World time from the first step to the last."""
+        ...
+
+    @property
+    def wall_s(self) -> float:
+        """Real time in which that has passed."""
+        ...
+
+    @property
+    def late_steps(self) -> int:
+        """How many steps were late."""
+        ...
+
+    @property
+    def worst_late_s(self) -> float:
+        """By how much the worst of them was late."""
+        ...
+
+    def due_s(self, stamp_ns: int) -> float:
+        """Return when the step with this stamp is due [s; clock]."""
+        ...
+
+    def began(self, stamp_ns: int) -> None:
+        """Take note that the step with this stamp begins now."""
+        ...
+
+    def may_show(self, until_ns: int) -> bool:
+        """Tell whether a further picture is still shown in a step that ends at `until_ns`."""
+        ...
+
+    def at_ns(self, time_s: float) -> int:
+        """Return the stamp that the world's clock shows at a moment [s; clock]."""
+        ...
+
 
 _PUNCTUAL_S = 0.02  # what a step may be late by and the next one makes up for
 _LATE_PERIODS = 0.2  # a step that is late by more of its period counts as late
@@ -47,6 +89,10 @@ class RealTime:
             self.late_steps += 1
             self.worst_late_s = max(self.worst_late_s, late_s)
         self._stamp_ns, self._due_s = stamp_ns, self._began_s if late_s > _PUNCTUAL_S else due_s
+
+    def may_show(self, until_ns: int) -> bool:
+        """Show everything: whoever is late lets the world be late."""
+        return True
 
     def at_ns(self, time_s: float) -> int:
         """Return the stamp that the world's clock shows at a moment [s; clock] after the last step was due; needs a finite rate."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import logging
+import math
 import time
 from collections.abc import Callable
 from dataclasses import replace
@@ -13,6 +15,11 @@ from protocol.fields import Packed, pose_tuple
 from protocol.messages import BodyTruth, Frame, WheelCommand, WheelReadings, WorldTime, WorldTruth
 from sim.world.cameras import Picture
 from sim.world.world import EncoderRows, Moment
+
+_TURN_S = 0.2  # the longest sleep while somebody is missing
+_NAME_MISSING_S = 10.0
+
+_log = logging.getLogger(__name__)
 
 
 class ArrivedCommand(NamedTuple):
@@ -42,6 +49,15 @@ class RobotLinks:
     def present(self) -> frozenset[str]:
         """The robots whose camera and wheels both listen."""
         return self._cameras.present & self._wheels.present & frozenset(self._robots)
+
+    def wait_until_ready(self, stopping: Callable[[], bool]) -> None:
+        """Return when every robot's camera and wheels listen; who is missing for long is named once."""
+        named_s = self._clock_s() + _NAME_MISSING_S
+        while (missing := frozenset(self._robots) - self.present) and not stopping():
+            if self._clock_s() >= named_s:
+                named_s = math.inf
+                _log.warning("waiting for the drivers of %s", ", ".join(sorted(missing)))
+            self.wait(_TURN_S)
 
     def take(self) -> list[ArrivedCommand]:
         """Return the commands that have come, robot by robot, each robot's oldest first."""

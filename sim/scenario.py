@@ -161,3 +161,9 @@ class Scenario(Settings):
 def load_scenario(file: Path) -> Scenario:
     """Return a scenario; raises ConfigError that names file and field."""
     return load_toml(file, Scenario)
+
+
+def named_scenario(name: str) -> Scenario:
+    """Return the scenario that ships with the world under a name, or else that of a file; raises ConfigError."""
+    shipped = SCENARIOS / f"{name}.toml"
+    return load_scenario(shipped if shipped.is_file() else Path(name))

@@ -63,6 +63,18 @@ def body_of(robot: RobotTable, index: int) -> RobotBody:
     )
 
 
+def drive_of(robot: RobotTable) -> Drive:
+    """Return how a robot's drive truly is."""
+    truth, rig = robot.truth, robot.rig
+    return Drive(
+        wheel_base_m=rig.wheel_base_m * truth.wheel_base_scale,
+        radii_m=Wheels(rig.wheel_radius_m * truth.left_wheel_scale, rig.wheel_radius_m * truth.right_wheel_scale),
+        encoder_ticks_per_rev=rig.encoder_ticks_per_rev,
+        motor_lag_s=truth.motor_lag_s,
+        slip_m_per_sqrt_m=truth.slip_m_per_sqrt_m,
+    )
+
+
 def told_start(scenario: Scenario, index: int) -> Pose2:
     """Return where the swarm is told that a robot starts: off by its sigma, and by two of them at most."""
     robot = scenario.robots[index]
@@ -104,17 +116,9 @@ def _walls(scenario: Scenario) -> list[Thing]:
 
 
 def _body(scenario: Scenario, index: int, robot: RobotTable) -> Body:
-    truth, rig = robot.truth, robot.rig
-    drive = Drive(
-        wheel_base_m=rig.wheel_base_m * truth.wheel_base_scale,
-        radii_m=Wheels(rig.wheel_radius_m * truth.left_wheel_scale, rig.wheel_radius_m * truth.right_wheel_scale),
-        encoder_ticks_per_rev=rig.encoder_ticks_per_rev,
-        motor_lag_s=truth.motor_lag_s,
-        slip_m_per_sqrt_m=truth.slip_m_per_sqrt_m,
-    )
     slips = [_slip(scenario, fault) for fault in scenario.faults if fault.kind == "wheel_slips" and fault.robot == robot.name]
     rng = np.random.default_rng([scenario.seed, _DRIVES, index])
-    return Body(body_of(robot, index), Pose2(*robot.start), drive, round(1e9 * truth.command_delay_s), rng, slips)
+    return Body(body_of(robot, index), Pose2(*robot.start), drive_of(robot), round(1e9 * robot.truth.command_delay_s), rng, slips)
 
 
 def _slip(scenario: Scenario, fault: FaultTable) -> Slip:

@@ -11,7 +11,7 @@ from collections import Counter
 from typing import Protocol
 
 from protocol.messages import WheelCommand
-from sim.real_time import RealTime
+from sim.real_time import Pace
 
 PATIENCE_S = 10.0  # a robot that owes its answer for so long is not waited for in this step
 
@@ -71,7 +71,7 @@ class Lockstep:
 class RealStepping:
     """The world's time runs by itself."""
 
-    def __init__(self, pace: RealTime) -> None:
+    def __init__(self, pace: Pace) -> None:
         self._pace = pace
         self._stamp_ns = 0
 

@@ -16,10 +16,10 @@ class WorldReport:
 
     scenario: str
     seed: int
-    clock: str  # "lockstep" or "real"
+    clock: str  # "lockstep", "real" or "wall"
     world_s: float
     wall_s: float
-    late_steps: int
+    late_steps: int  # on the wall clock: pictures dropped
     worst_late_s: float
     collisions: Mapping[str, int]  # by robot
     given_up: Mapping[str, int]  # steps that did not wait for an answer to the end, by robot

@@ -13,13 +13,14 @@ from protocol.errors import ConfigError
 from sim.eyes import eyes_of
 from sim.ground_truth import GroundTruth
 from sim.handout import write_handout
-from sim.real_time import RealTime
+from sim.real_time import Pace, RealTime
 from sim.recorder import Recorder
 from sim.rigs import RIGS_FILE
 from sim.robot_links import RobotLinks
 from sim.scenario import Scenario
 from sim.staging import camera_faults_of, world_of
 from sim.stepping import Lockstep, RealStepping
+from sim.wall_time import WallTime
 from sim.world.cameras import Cameras
 from sim.world_report import WorldReport
 from sim.world_service import WorldService
@@ -32,8 +33,8 @@ class Plan:
     scenario: Scenario
     out: Path  # holds no world yet
     site: str
-    clock: Literal["lockstep", "real"]
-    pace: float  # world time over real time at most; math.inf: as fast as it goes
+    clock: Literal["lockstep", "real", "wall"]  # wall: its stamps are the wall clock's, and it drops what it is too slow for
+    pace: float  # world time over real time at most; math.inf: as fast as it goes; 1.0 on the wall clock
     record: bool  # keep what the robots are shown, too
 
 
@@ -42,25 +43,26 @@ def run_world(plan: Plan, stopping: Callable[[], bool]) -> WorldReport:
 
     Raises OmmatidiaError where that cannot begin.
     """
-    scenario = plan.scenario
     prepare_folder(plan)
-    world, pace = world_of(scenario), RealTime(plan.pace)
+    names, eyes = tuple(robot.name for robot in plan.scenario.robots), eyes_of(plan.scenario)
     lockstep = Lockstep()
     with ExitStack() as stack:
-        truth = stack.enter_context(GroundTruth(scenario, plan.out))
-        witness = stack.enter_context(Recorder(plan.out, world.names)) if plan.record else None
         bus = stack.enter_context(Bus.open_router(plan.site))
+        links = RobotLinks(bus, names, when_full="wait" if plan.clock == "lockstep" else "drop")
+        print(f"ready {bus.endpoint}", flush=True)
+        links.wait_until_ready(stopping)
+        scenario, pace = begun(plan)
+        world = world_of(scenario)
+        truth = stack.enter_context(GroundTruth(scenario, plan.out))
         service = WorldService(
             world,
-            Cameras(eyes_of(scenario), scenario.seed, camera_faults_of(scenario)),
-            RobotLinks(bus, world.names, when_full="wait" if plan.clock == "lockstep" else "drop"),
+            Cameras(eyes, scenario.seed, camera_faults_of(scenario)),
+            links,
             lockstep if plan.clock == "lockstep" else RealStepping(pace),
             pace,
             tell=truth.add,
-            witness=witness,
+            witness=stack.enter_context(Recorder(plan.out, names)) if plan.record else None,
         )
-        print(f"ready {bus.endpoint}", flush=True)
-        service.wait_until_ready(stopping)
         service.run(scenario.start_ns + round(1e9 * scenario.duration_s), stopping)
     return WorldReport(
         scenario=scenario.name,
@@ -73,6 +75,14 @@ def run_world(plan: Plan, stopping: Callable[[], bool]) -> WorldReport:
         collisions=world.collision_counts,
         given_up=dict(lockstep.given_up),
     )
+
+
+def begun(plan: Plan) -> tuple[Scenario, Pace]:
+    """Return the scenario as it begins now, and its pace. On the wall clock its first stamp is the present."""
+    if plan.clock != "wall":
+        return plan.scenario, RealTime(plan.pace)
+    pace = WallTime()
+    return plan.scenario.model_copy(update={"start_ns": pace.start_ns}), pace
 
 
 def prepare_folder(plan: Plan) -> None:

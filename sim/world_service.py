@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import logging
 import time
 from collections.abc import Callable
 from typing import Protocol
 
-from sim.real_time import RealTime
+from sim.real_time import Pace
 from sim.robot_links import RobotLinks
 from sim.stepping import Stepping
 from sim.world.cameras import Cameras, Picture
@@ -15,9 +14,6 @@ from sim.world.drive import Wheels
 from sim.world.world import EncoderRows, Moment, World
 
 TURN_S = 0.2  # the longest sleep in one turn of a waiting loop
-_NAME_MISSING_S = 10.0
-
-_log = logging.getLogger(__name__)
 
 
 class Witness(Protocol):
@@ -51,7 +47,7 @@ class WorldService:
         cameras: Cameras,
         links: RobotLinks,
         stepping: Stepping,
-        pace: RealTime,
+        pace: Pace,
         *,
         tell: Callable[[Moment], None],
         witness: Witness | None = None,
@@ -61,15 +57,6 @@ class WorldService:
         self._world, self._cameras, self._links = world, cameras, links
         self._stepping, self._pace, self._clock_s = stepping, pace, clock_s
         self._tell, self._witness = tell, witness or Blind()
-
-    def wait_until_ready(self, stopping: Callable[[], bool]) -> None:
-        """Return when every robot's camera and wheels listen; who is missing for long is named once."""
-        named_s = self._clock_s() + _NAME_MISSING_S
-        while (missing := frozenset(self._world.names) - self._links.present) and not stopping():
-            if self._clock_s() >= named_s:
-                named_s = float("inf")
-                _log.warning("waiting for the drivers of %s", ", ".join(sorted(missing)))
-            self._links.wait(TURN_S)
 
     def run(self, until_ns: int, stopping: Callable[[], bool]) -> None:
         """Turn until a stamp, or until asked to stop."""
@@ -107,10 +94,13 @@ class WorldService:
         for robot, encoders in moment.encoders.items():
             self._witness.add_wheels(robot, encoders)
             self._links.send_readings(robot, moment.stamp_ns, encoders)
-        fired = self._cameras.fired(moment.stamp_ns)
-        for robot in fired:
+        fired: list[str] = []
+        for robot in self._cameras.fired(moment.stamp_ns):
+            if not self._pace.may_show(self._world.next_ns):
+                continue
+            fired.append(robot)
             picture = self._cameras.picture(robot, moment)
             self._links.send_frame(robot, moment.stamp_ns, picture)
             self._witness.add_picture(robot, moment.stamp_ns, picture)
         self._stepping.shown(moment.stamp_ns, listeners, self._clock_s())
-        self._links.send_time(moment, fired)
+        self._links.send_time(moment, tuple(fired))
