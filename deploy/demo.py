@@ -16,7 +16,7 @@ from deploy.simulation_display import SimulationBar
 from protocol.errors import ConfigError
 from sim.arena import random_arena
 from sim.rigs import RIGS_FILE
-from sim.scenario import SCENARIOS, Scenario, load_scenario
+from sim.scenario import Scenario, load_scenario, scenario_file
 
 _MAP_PICTURE = "fig18_*.png"
 
@@ -55,8 +55,7 @@ def _world(wishes: Wishes) -> tuple[Scenario, tuple[str, ...]]:
     """Return the scenario, and what tells the world's process to play it."""
     if wishes.scenario is None:
         return random_arena(wishes.seed, wishes.robots), arena_arguments(wishes.seed, wishes.robots)
-    shipped = SCENARIOS / f"{wishes.scenario}.toml"
-    file = shipped if shipped.is_file() else Path(wishes.scenario)
+    file = scenario_file(wishes.scenario)
     return load_scenario(file), ("--scenario", str(file.absolute()))
 
 

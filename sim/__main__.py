@@ -13,7 +13,7 @@ from protocol.errors import OmmatidiaError
 from protocol.logs import start_logging
 from protocol.stopping import StopRequest
 from sim.arena import random_arena
-from sim.scenario import Scenario, named_scenario
+from sim.scenario import Scenario, load_scenario, scenario_file
 from sim.world_run import Plan, run_world
 
 BAD_USAGE = 2
@@ -48,7 +48,9 @@ def main() -> int:
 
 def chosen_scenario(arguments: argparse.Namespace) -> Scenario:
     """Return the scenario of a file, one that ships with the world, or a random arena; raises ConfigError."""
-    scenario = random_arena(arguments.seed, arguments.robots) if arguments.scenario is None else named_scenario(arguments.scenario)
+    scenario = (
+        random_arena(arguments.seed, arguments.robots) if arguments.scenario is None else load_scenario(scenario_file(arguments.scenario))
+    )
     return scenario if arguments.duration is None else scenario.model_copy(update={"duration_s": arguments.duration})
 
 

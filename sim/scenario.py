@@ -163,7 +163,7 @@ def load_scenario(file: Path) -> Scenario:
     return load_toml(file, Scenario)
 
 
-def named_scenario(name: str) -> Scenario:
-    """Return the scenario that ships with the world under a name, or else that of a file; raises ConfigError."""
+def scenario_file(name: str) -> Path:
+    """Return the file of the scenario that ships with the world under a name, or else the file of that name."""
     shipped = SCENARIOS / f"{name}.toml"
-    return load_scenario(shipped if shipped.is_file() else Path(name))
+    return shipped if shipped.is_file() else Path(name)

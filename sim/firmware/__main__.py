@@ -23,7 +23,7 @@ from sim.firmware.orders import Surroundings
 from sim.firmware.port import SerialPort
 from sim.firmware.ros_arduino_bridge import ArduinoRig
 from sim.firmware.world_link import WorldLink
-from sim.scenario import named_scenario
+from sim.scenario import load_scenario, scenario_file
 from sim.staging import drive_of
 
 BAD_USAGE = 2
@@ -57,7 +57,7 @@ def main() -> int:
 
 
 def _run_in_world(arguments: argparse.Namespace, stopping: Callable[[], bool]) -> None:
-    robots = {robot.name: robot for robot in named_scenario(arguments.scenario).robots}
+    robots = {robot.name: robot for robot in load_scenario(scenario_file(arguments.scenario)).robots}
     if arguments.robot not in robots:
         raise ConfigError(f"{arguments.scenario}: there is no robot {arguments.robot}")
     robot = robots[arguments.robot]

@@ -46,6 +46,7 @@ class FirmwareSwarm:
     poses: Poses | None = None
     formation: FormationState | None = None
     truth: WorldTruth | None = None
+    unplugged: set[str] = field(default_factory=set)  # robots whose boards nobody can reach: no setpoint means anything to them
     statuses: dict[str, AgentStatus] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -71,7 +72,7 @@ class FirmwareSwarm:
                 WheelEvent(arrived.arrived_s, (arrived.message.left_rad_s, arrived.message.right_rad_s) == (0.0, 0.0))
                 for arrived in inbox.take_arrived()
             ]
-            if self.turns(name):
+            if self.turns(name) and name not in self.unplugged:
                 self.longest_s[name] = max(self.longest_s[name], time.monotonic() - self.valid_until_s)
         for update in self._updates.take():
             self.coverage.take(update)
@@ -82,6 +83,17 @@ class FirmwareSwarm:
         self._truths.take()
         self.formation, self.truth = self._formations.latest, self._truths.latest
 
+    def unplug(self, robot: str) -> float:
+        """Pull a robot's serial line, and return when [s; monotonic]."""
+        self.unplugged.add(robot)
+        self.boards[robot].tell("unplug")
+        return time.monotonic()
+
+    def plug(self, robot: str) -> None:
+        """Put a robot's serial line back."""
+        self.boards[robot].tell("plug")
+        self.unplugged.discard(robot)
+
     def turns(self, robot: str) -> bool:
         """Tell whether a robot's motors are told to turn."""
         return bool(self.wheels[robot]) and not self.wheels[robot][-1].stands
@@ -90,7 +102,7 @@ class FirmwareSwarm:
         """Serve until something is reached, and return how long that took [s]."""
         start_s = time.monotonic()
         while not reached():
-            assert time.monotonic() - start_s < limit_s, f"not reached within {limit_s} s: {self.statuses} {self.formation}"
+            assert time.monotonic() - start_s < limit_s, f"not reached within {limit_s} s: {self.formation} {self.statuses}"
             self.serve()
         return time.monotonic() - start_s
 
