@@ -64,9 +64,8 @@ def _serve(config_file: Path, clock: str, config: AgentConfig, stop: StopRequest
         watch = CameraWatch(calibration, config.body.body())
         gc.freeze()  # what is loaded by now lives as long as the process: no collection has to look through it
         _log.info("ready, epoch %d", epoch)
-        Service(
-            config, camera, helm, bus, pipeline, watch=watch, wait=news.wait, manager=manager, epoch=epoch, clock=stage_clock
-        ).run(stop.asked)
+        service = Service(config, camera, helm, bus, pipeline, watch=watch, wait=news.wait, manager=manager, epoch=epoch, clock=stage_clock)
+        service.run(stop.asked)
 
 
 def _wait_for_server(endpoint: str, helm: HelmProcess, manager: ServiceManager) -> None:
