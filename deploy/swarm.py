@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
+from agent.local_clock import LocalClock
 from agent.pipeline import Method
 from deploy.launch import Processes
 from deploy.settings_files import MAP_SERVER, SITE, Team, agent_settings, write_settings
@@ -32,10 +33,19 @@ class Swarm:
 
 @dataclass(frozen=True)
 class Crew:
-    """A swarm's agents: the module that runs each of them, and their settings by name, given the swarm's endpoint."""
+    """A swarm's agents: the module that runs each of them, and their settings by name, given the swarm's endpoint.
+
+    `clocks` gives some of them a bad clock, to try out what becomes of that (agent/local_clock.py).
+    """
 
     module: str
     settings: Callable[[str], Mapping[str, Settings]]
+    clocks: Mapping[str, LocalClock] = field(default_factory=dict)
+
+    def arguments(self, robot: str, settings_file: Path) -> list[str]:
+        """Return with what to start a robot's agent."""
+        clock = ["--clock", self.clocks[robot].argument()] if robot in self.clocks else []
+        return ["-m", self.module, "--config", str(settings_file), *clock]
 
 
 def camera_crew(team: Team, method: Method, world: str) -> Crew:
@@ -55,7 +65,7 @@ def running_swarm(server: MapServerConfig, crew: Crew, folder: Path, processes: 
     with Bus.open_client(SITE, endpoint) as link:
         agents = crew.settings(endpoint)
         for name, settings in agents.items():
-            processes.start(name, "-m", crew.module, "--config", str(write_settings(folder / "config", name, settings)))
+            processes.start(name, *crew.arguments(name, write_settings(folder / "config", name, settings)))
         alive = link.presence(topics.AGENT_ALIVE)
         processes.wait_for(lambda timeout_s: alive.wait_for(agents, timeout_s), START_TIMEOUT_S)
         yield Swarm(link, endpoint, {MAP_SERVER: server, **agents})

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from agent.config import AgentConfig, Create2Settings, RosArduinoBridgeSettings, SerialWheelSettings
+from agent.local_clock import LocalClock
 from deploy.coverage_meter import CoverageMeter
 from deploy.launch import Processes
 from deploy.settings_files import SITE, WORLD, agent_settings, mapserver_settings
@@ -109,9 +110,9 @@ class FirmwareSwarm:
 
 @contextmanager
 def running_firmware_swarm(
-    scenario_file: Path, boards: Mapping[str, str], formation: Mapping[str, object], folder: Path
+    scenario_file: Path, boards: Mapping[str, str], formation: Mapping[str, object], folder: Path, clocks: Mapping[str, LocalClock]
 ) -> Iterator[FirmwareSwarm]:
-    """Start the swarm of a scenario, whose robots have these boards, and end it."""
+    """Start the swarm of a scenario, whose robots have these boards, and some of them bad clocks, and end it."""
     scenario = load_scenario(scenario_file)
     with ExitStack() as stack:
         processes = stack.enter_context(Processes(folder / "logs"))
@@ -127,7 +128,7 @@ def running_firmware_swarm(
         world = stack.enter_context(Bus.open_client(SITE, endpoint))
         team = read_team(told)
         server = mapserver_settings(team, formation).model_copy(update={"clock": "wall"})
-        crew = Crew(CAMERA_AGENT, lambda swarm: _agents(scenario, team, boards, running, swarm, endpoint))
+        crew = Crew(CAMERA_AGENT, lambda swarm: _agents(scenario, team, boards, running, swarm, endpoint), clocks)
         swarm = stack.enter_context(running_swarm(server, crew, folder, processes))
         arena = scenario.arena
         coverage = CoverageMeter((arena.x_min_m, arena.y_min_m, arena.x_max_m, arena.y_max_m))

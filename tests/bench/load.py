@@ -39,7 +39,7 @@ def main() -> int:
     with tempfile.TemporaryDirectory() as folder:
         scenario = Path(folder) / "load.toml"
         scenario.write_text(SCENARIO)
-        with running_firmware_swarm(scenario, {"r1": "ros_arduino_bridge"}, EXPLORE, Path(folder)) as swarm:
+        with running_firmware_swarm(scenario, {"r1": "ros_arduino_bridge"}, EXPLORE, Path(folder), clocks={}) as swarm:
             shares, memory_mb = _measured(swarm)
     for name, share in shares.items():
         print(f"{name:6} {100.0 * share:5.1f} % of one core, {memory_mb[name]:4.0f} MB resident")

@@ -1,4 +1,7 @@
-"""A whole swarm on emulated motor controllers: two with the ROSArduinoBridge firmware, one Create 2. A serial line is pulled under way."""
+"""A whole swarm on emulated motor controllers: two with the ROSArduinoBridge firmware, one Create 2.
+
+A serial line is pulled under way, and two robots have clocks that are wrong, drift, and leap.
+"""
 
 from __future__ import annotations
 
@@ -11,6 +14,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from agent.local_clock import LocalClock
 from deploy.settings_files import MAP_SERVER
 from protocol.geometry import Pose2
 from tests.firmware_swarm import FirmwareSwarm, running_firmware_swarm
@@ -69,10 +73,19 @@ PATH_M = 0.05  # how far from its true place a robot may believe itself
 def swarm(tmp_path: Path) -> Iterator[FirmwareSwarm]:
     scenario = tmp_path / "serial.toml"
     scenario.write_text(SCENARIO)
-    with running_firmware_swarm(scenario, BOARDS, FORMATION, tmp_path) as swarm:
+    with running_firmware_swarm(scenario, BOARDS, FORMATION, tmp_path, bad_clocks()) as swarm:
         yield swarm
     for log in (tmp_path / "logs").iterdir():
         assert "Traceback" not in log.read_text(), log
+
+
+def bad_clocks() -> dict[str, LocalClock]:
+    """Return clocks that are wrong and drift, one of which leaps while the swarm drives."""
+    now_s = time.monotonic()
+    return {
+        "r2": LocalClock(offset_s=10.0, drift_ppm=100.0, since_s=now_s),
+        "r3": LocalClock(offset_s=-10.0, drift_ppm=-100.0, step_s=1.0, step_at_s=20.0, since_s=now_s),
+    }
 
 
 @pytest.mark.slow
