@@ -5,6 +5,7 @@ from __future__ import annotations
 import signal
 import subprocess
 import sys
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -13,11 +14,12 @@ import cv2
 import numpy as np
 
 from protocol.bus import Bus
-from protocol.topics import AGENT_STATUS, LOCAL_MAP
+from protocol.messages import ClockReading
+from protocol.topics import AGENT_STATUS, LOCAL_MAP, SERVER_CLOCK
 from tests.loopback.agent_files import HEIGHT_PX, WIDTH_PX, write_agent_files
 
 REPOSITORY = Path(__file__).resolve().parents[2]
-PATIENCE_S = 20.0
+PATIENCE_S = 30.0
 FRAMES = 5
 
 
@@ -42,11 +44,15 @@ def agent_with(folder: Path, camera: str) -> Iterator[Bus]:
 
 
 def wait_for_state(server: Bus, state: str) -> None:
-    """Wait until the agent's status says so."""
-    statuses = server.inbox(AGENT_STATUS)
+    """Wait until the agent's status says so, with a map server's wall clock to stamp by."""
+    statuses, clock = server.inbox(AGENT_STATUS), server.queries(SERVER_CLOCK)
     heard: list[str] = []
+    deadline_s = time.monotonic() + PATIENCE_S
     while state not in heard:
-        assert server.wait(PATIENCE_S), f"heard only {heard}"
+        assert time.monotonic() < deadline_s, f"heard only {heard}"
+        server.wait(PATIENCE_S)
+        for query in clock.take():
+            query.reply(ClockReading(stamp_ns=time.time_ns(), runs="wall"))
         heard += [status.state for status in statuses.take()]
 
 
