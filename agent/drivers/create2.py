@@ -90,8 +90,8 @@ class Create2:
         )
 
     def greeting(self) -> tuple[bytes, ...]:
-        """Return start and safe, with the pause that a change of mode wants, and a first query."""
-        return bytes([START]), bytes([SAFE]), self.request()
+        """Return the end of whatever was half said, start and safe, with the pause that a change of mode wants, and a first query."""
+        return self.resync() + bytes([START]), bytes([SAFE]), self.request()
 
     def recognises(self, sent: bytes, received: bytes) -> bool:
         """Tell whether an answer to the query has come."""

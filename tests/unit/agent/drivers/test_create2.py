@@ -19,8 +19,8 @@ def packets(bumps: int = 0, cliffs: bytes = b"\0\0\0\0", left: int = 0, right: i
     return group_1 + group_3 + struct.pack(">2h", left, right) + bytes([charging, mode])
 
 
-def test_start_and_safe_come_before_the_first_query() -> None:
-    assert Create2().greeting() == (b"\x80", b"\x83", QUERY)
+def test_start_and_safe_come_before_the_first_query_and_zeros_that_end_what_was_half_said_before_all() -> None:
+    assert Create2().greeting() == (bytes(6) + b"\x80", b"\x83", QUERY)
 
 
 def test_drive_direct_has_the_right_wheel_first_and_the_high_byte_first() -> None:
