@@ -17,7 +17,7 @@ from agent.rig import Body, Calibration
 from agent.slam.drawing_check import wrong_drawing
 from agent.slam.rig_sensitivity import circle_px
 from agent.vision.brightness import Brightness
-from agent.vision.lens_dirt import CELL_PX, LensDirt
+from agent.vision.lens_dirt import CELL_PX, LEAST_CELLS, RINGS, LensDirt
 from agent.vision.lens_seat import LensSeat
 from agent.vision.liveness import DARK, FROZEN
 from agent.vision.sharpness import Focus
@@ -73,7 +73,7 @@ class CameraWatch:
             self._focus.look(self._middle(picture))
         if self._seat is not None and self._frames % EVERY == 1:
             self._seat.look(_grey(picture))
-        if self._has_moved(angles_rad):
+        if self._dirt is not None and self._has_moved(angles_rad):
             self._dirt.look(self._small(picture), self._hiding(sightings))
 
     def complaint(self, rig: Sequence[RigValue] = ()) -> str:
@@ -87,9 +87,9 @@ class CameraWatch:
         return (self._seat.complaint if self._seat is not None else "") or wrong_drawing(rig, self._calibration)
 
     def _dirt_complaint(self) -> str:
-        rows, cols = np.nonzero(self._dirt.dirty)
-        if len(rows) == 0:
+        if self._dirt is None or not self._dirt.dirty.any():
             return ""
+        rows, cols = np.nonzero(self._dirt.dirty)
         u, v = (round((float(np.median(at)) + 0.5) * CELL_PX * SMALL * self._scale) for at in (cols, rows))
         return f"camera: the lens is dirty where pixel ({u}, {v}) is: wipe it with a soft cloth"
 
@@ -130,8 +130,8 @@ def _seat(calibration: Calibration, body: Body, rim_px: Array) -> LensSeat | Non
     return LensSeat(deck_px, rim_px, calibration.focal_px[0])
 
 
-def _dirt(calibration: Calibration, middle_px: Array, rim_px: float, scale: int) -> LensDirt:
-    """Return what looks for dirt, with the cells that show the own body and those that show floor going by."""
+def _dirt(calibration: Calibration, middle_px: Array, rim_px: float, scale: int) -> LensDirt | None:
+    """Return what looks for dirt, in cells that show floor going by and the own body; None where there are too few of either."""
     step = CELL_PX * SMALL * scale
     cols, rows = np.meshgrid(np.arange(calibration.width_px // step), np.arange(calibration.height_px // step))
     pixels = (np.stack([cols, rows], axis=-1).reshape(-1, 2) + 0.5) * step - 0.5
@@ -141,8 +141,10 @@ def _dirt(calibration: Calibration, middle_px: Array, rim_px: float, scale: int)
     away = projection.rays_from_pixels(pixels) @ projection.body_from_camera[:3, 2]
     floor = (radius_px > NEAR_SHARE * rim_px + 0.5 * step) & (away > np.cos(FAR_RAD)) & np.isfinite(place_m).all(axis=1)
     bearing_rad = np.nan_to_num(np.arctan2(place_m[:, 1], place_m[:, 0]))
-    fields = (field.reshape(rows.shape) for field in (radius_px, bearing_rad, floor, radius_px < BODY_SHARE * rim_px - 0.5 * step))
-    return LensDirt(*fields)
+    body = radius_px < BODY_SHARE * rim_px - 0.5 * step
+    if floor.sum() < LEAST_CELLS * RINGS or not body.any():
+        return None
+    return LensDirt(*(field.reshape(rows.shape) for field in (radius_px, bearing_rad, floor, body)))
 
 
 def _reduced(picture: NDArray[np.uint8], scale: int) -> NDArray[np.uint8]:

@@ -35,6 +35,8 @@ def sharpness(middle: Picture) -> float | None:
     1.2 / sigma where a step is smeared by sigma >= 1 px. What the Laplacian shows in the blocks with the least contrast is noise.
     """
     rows, cols = (length // BLOCK_PX for length in middle.shape)
+    if rows * cols < LEAST_BLOCKS:
+        return None
     grey = middle[: rows * BLOCK_PX, : cols * BLOCK_PX].astype(np.float32)
     fine = _block_means(cv2.Laplacian(grey, cv2.CV_32F) ** 2, rows, cols)
     coarse = _block_means((grey - cv2.blur(grey, (COARSE_PX, COARSE_PX))) ** 2, rows, cols)

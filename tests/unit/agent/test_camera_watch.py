@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from itertools import chain, cycle, islice
 from pathlib import Path
 
@@ -106,6 +107,13 @@ def test_frames_that_fail_alike_are_told_until_one_does_not(pictures: list[Pictu
 def test_rig_that_contradicts_its_calibration_is_told() -> None:
     rig = [RigValue(name="camera_height_m", value=0.55, sigma=0.001)]
     assert watch_of("r1").complaint(rig).startswith("camera: not where its calibration says: height is off by +50.0 mm")
+
+
+def test_picture_too_small_to_tell_anything_is_no_trouble() -> None:
+    calibration = read_calibration(EXCERPT / "r1" / "cam0" / "sensor.yaml")
+    tiny = replace(calibration, width_px=64, height_px=48, focal_px=(14.7, 14.7), centre_px=(31.9, 24.1))
+    noise = np.random.default_rng(2).integers(60, 200, (48, 64, 3), np.uint8)
+    assert shown(CameraWatch(tiny, BODY), islice(cycle([noise]), ENOUGH)) == ""
 
 
 def test_watching_costs_next_to_nothing(pictures: list[Picture]) -> None:
