@@ -1,8 +1,8 @@
 """Dirt on the lens: places in the picture where the floor does not go by while the robot drives.
 
-Dirt hides the floor, and a smear blurs it: in both, less of the fine structure changes from one picture to the next than elsewhere at the
-same distance. The own body, where nothing changes, shows how much of a change is noise. On a floor so plain that many cells show no more
-than that, nothing can be told.
+Dirt hides the floor, and a smear blurs it: in both, fine structure hardly ever changes from one picture to the next, while it does so
+nearly always elsewhere at the same distance. The own body, where nothing changes, shows how much of a change is noise. On a floor so
+plain that many cells seldom change, nothing can be told, whatever passes by now and then.
 """
 
 from __future__ import annotations
@@ -20,16 +20,17 @@ CELL_PX = 4  # of the small picture
 FINE_PX = 5  # of the small picture: what is wider than this is not fine
 LOOKS = 60  # until a verdict, each from another place
 RINGS = 6  # of cells that see floor at about the same distance
-LOW_PERCENTILE = 15.0  # of the cells in a ring: what these show at least, all clean ones do; more than so many are never dirty
-DIRTY_SHARE = 0.15  # of that
-LEAST_CHANGE = 2.0  # of that, in noise: on a floor plainer than this nothing can be told
+NOISE_TIMES = 4.0  # a change is seen where it is so many times what it is on the own body, which is darker, and so has less noise
+LOW_PERCENTILE = 15.0  # of the cells in a ring: as often as these change all clean ones do; more than so many are never dirty
+LEAST_OFTEN = 0.6  # of the looks: where these change more seldom, the floor is too plain
+DIRTY_OFTEN = 0.1  # of the looks: a cell that changes more seldom is dirty
 LEAST_CELLS = 3
 LEAST_LOOKS_SHARE = 0.5  # in which a cell was not hidden by a robot
 AGREEING = 2  # verdicts in a row that name the same cell: a robot beside this one may hide it for one
 
 
 class LensDirt:
-    """Sums up how much each cell of one camera's picture changes."""
+    """Counts how often each cell of one camera's picture changes."""
 
     def __init__(self, radius: Array, bearing_rad: Array, floor: Mask, body: Mask) -> None:
         """Take what each cell, (rows, cols), shows.
@@ -54,7 +55,8 @@ class LensDirt:
         rows, cols = self._floor.shape
         change = cv2.resize((fine - before) ** 2, (cols, rows), interpolation=cv2.INTER_AREA)
         counted = ~self._hidden(robots)
-        self._sum += np.where(counted, change, 0.0)
+        seen = change > NOISE_TIMES * np.median(change[self._body])
+        self._changes += counted & seen
         self._count += counted
         self._looks += 1
         if self._looks == LOOKS:
@@ -68,7 +70,8 @@ class LensDirt:
         return cells if cells.sum() >= LEAST_CELLS else np.zeros_like(cells)
 
     def _begin(self) -> None:
-        self._sum, self._count, self._looks = np.zeros(self._floor.shape), np.zeros(self._floor.shape, int), 0
+        self._changes, self._count = (np.zeros(self._floor.shape, int) for _ in range(2))
+        self._looks = 0
 
     def _hidden(self, robots: Array) -> Mask:
         """Return the cells, (rows, cols), in the direction of robots, which may drive along with this one."""
@@ -78,13 +81,11 @@ class LensDirt:
         return hidden
 
     def _verdict(self) -> Mask:
-        """Return the cells, (rows, cols), in which too little has changed."""
-        mean = self._sum / np.maximum(self._count, 1)
-        noise = float(np.median(mean[self._body]))
+        """Return the cells, (rows, cols), that change too seldom."""
+        often = self._changes / np.maximum(self._count, 1)
         dirty = np.zeros(self._floor.shape, bool)
         for number in range(RINGS):
             ring = (self._ring == number) & (self._count > LEAST_LOOKS_SHARE * LOOKS)
-            low = float(np.percentile(mean[ring], LOW_PERCENTILE)) - noise if ring.any() else 0.0
-            if low > LEAST_CHANGE * noise:
-                dirty |= ring & (mean - noise < DIRTY_SHARE * low)
+            if ring.any() and np.percentile(often[ring], LOW_PERCENTILE) > LEAST_OFTEN:
+                dirty |= ring & (often < DIRTY_OFTEN)
         return dirty

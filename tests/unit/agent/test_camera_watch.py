@@ -45,10 +45,10 @@ def watch_of(robot: str) -> CameraWatch:
     return CameraWatch(read_calibration(EXCERPT / robot / "cam0" / "sensor.yaml"), BODY)
 
 
-def shown(watch: CameraWatch, seen: Iterator[Picture]) -> str:
+def shown(watch: CameraWatch, seen: Iterator[Picture], step_rad: float = STEP_RAD) -> str:
     """Return what a watch says after these pictures, of a robot that drives."""
     for number, picture in enumerate(seen):
-        watch.look(picture, np.array([STEP_RAD, STEP_RAD]) * number)
+        watch.look(picture, np.array([step_rad, step_rad]) * number)
     return watch.complaint()
 
 
@@ -71,6 +71,7 @@ def knocked(picture: Picture) -> Picture:
 @pytest.mark.parametrize("robot", ["r1", "r2", "r3"])
 def test_good_pictures_are_no_trouble(robot: str) -> None:
     assert shown(watch_of(robot), to_and_fro(frames(robot))) == ""
+    assert shown(watch_of(robot), islice(cycle(frames(robot)), 2 * ENOUGH), 0.35 * STEP_RAD) == ""
 
 
 @pytest.mark.parametrize(("spoil", "complaint"), [(darker, TOO_DARK), (out_of_focus, LOST_FOCUS), (knocked, MOVED_LENS)])
