@@ -14,11 +14,11 @@ import cv2
 
 from agent.calibration import read_calibration
 from agent.camera_watch import CameraWatch
-from agent.clock_map import ServerStamps
+from agent.clocks.clock_map import ServerStamps
+from agent.clocks.local_clock import parse_clock
 from agent.config import AgentConfig, load_config
 from agent.drivers.cameras import open_camera
 from agent.helm_process import HelmProcess
-from agent.local_clock import parse_clock
 from agent.methods import make_pipeline
 from agent.process import new_epoch, run_until_stopped
 from agent.service import Service
@@ -33,7 +33,7 @@ _log = logging.getLogger(__name__)
 def run_agent(config_file: Path, clock: str = "") -> int:
     """Run the agent of one robot until SIGTERM or SIGINT; return the exit code: 0, or 2 with one line that says what is wrong.
 
-    `clock` names the clock that the robot goes by (agent/local_clock.py).
+    `clock` names the clock that the robot goes by (agent/clocks/local_clock.py).
     """
     return run_until_stopped(config_file, load_config, partial(_serve, config_file, clock))
 
@@ -82,7 +82,7 @@ def main(arguments: list[str]) -> int:
     parser = argparse.ArgumentParser(prog="python -m agent", description="One robot's agent: maps what its camera sees.")
     parser.add_argument("--config", type=Path, required=True, metavar="FILE", help="TOML file; its keys and defaults: agent/config.py")
     parser.add_argument(
-        "--clock", default="", metavar="KEY=NUMBER,...", help="go by a bad clock, to try one out; keys: agent/local_clock.py"
+        "--clock", default="", metavar="KEY=NUMBER,...", help="go by a bad clock, to try one out; keys: agent/clocks/local_clock.py"
     )
     options = parser.parse_args(arguments)
     return run_agent(options.config, options.clock)

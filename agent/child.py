@@ -11,7 +11,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Self
 
-from agent.local_clock import LocalClock, parse_clock
+from agent.clocks.local_clock import LocalClock, parse_clock
 from agent.pipe import Pipe
 from protocol.errors import DriverError
 from protocol.stopping import Stopped

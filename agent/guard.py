@@ -15,12 +15,12 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from agent.child import told
-from agent.clock_map import ServerStamps
+from agent.clocks.clock_map import ServerStamps
+from agent.clocks.local_clock import LocalClock
 from agent.config import load_config
 from agent.drivers.opening import open_wheels
 from agent.drivers.wheels import WheelCondition, Wheels
 from agent.guard_pipe import DriveOrder, GuardReport, Instruction, Latch, LatchOrder
-from agent.local_clock import LocalClock
 from agent.pipe import Pipe
 from protocol.errors import OmmatidiaError
 from protocol.logs import start_logging

@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, FiniteFloat
 
-from agent.clock_map import ClockMap
+from agent.clocks.clock_map import ClockMap
 from agent.drivers.wheels import WheelCondition
 from protocol.fields import Count, Message, StampNs
 from protocol.messages import WheelCommand, WheelReadings

@@ -12,10 +12,10 @@ from types import MappingProxyType
 from typing import Self
 
 from agent.child import START_S, Child
-from agent.clock_map import ClockMap
+from agent.clocks.clock_map import ClockMap
+from agent.clocks.local_clock import LocalClock
 from agent.drivers.wheels import WheelCondition
 from agent.guard_pipe import DriveOrder, GuardReport, Instruction, Latch, LatchOrder
-from agent.local_clock import LocalClock
 from protocol.errors import DriverError
 from protocol.messages import WheelReadings
 from protocol.stopping import Stopped

@@ -13,11 +13,11 @@ from functools import partial
 from pathlib import Path
 
 from agent.child import told
+from agent.clocks.local_clock import LocalClock
 from agent.config import load_config
 from agent.drivers.wheels import WheelCondition
 from agent.guard_process import GuardProcess
 from agent.helm_pipe import HelmReport, Look
-from agent.local_clock import LocalClock
 from agent.pipe import Pipe
 from agent.steering import Steering
 from protocol.errors import OmmatidiaError

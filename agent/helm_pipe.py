@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pydantic import FiniteFloat
 
-from agent.clock_map import ClockMap
+from agent.clocks.clock_map import ClockMap
 from agent.drivers.wheels import WheelCondition
 from protocol.fields import Count, Message
 from protocol.messages import Drive, LocalMap, WheelReadings

@@ -8,10 +8,10 @@ from types import MappingProxyType
 from typing import Self
 
 from agent.child import START_S, Child
-from agent.clock_map import ClockMap, ServerStamps
+from agent.clocks.clock_map import ClockMap, ServerStamps
+from agent.clocks.local_clock import LocalClock
 from agent.drivers.wheels import WheelCondition
 from agent.helm_pipe import HelmReport, Look
-from agent.local_clock import LocalClock
 from protocol.errors import DriverError
 from protocol.geometry import Array
 from protocol.messages import Drive, LocalMap, WheelReadings

@@ -10,7 +10,7 @@ from typing import Protocol
 
 from agent import debug
 from agent.camera_watch import CameraWatch
-from agent.clock_map import ClockMap
+from agent.clocks.clock_map import ClockMap
 from agent.config import AgentConfig
 from agent.drivers.camera import Camera, CapturedFrame
 from agent.drivers.wheels import WheelCondition

@@ -10,15 +10,15 @@ from typing import Protocol
 
 import numpy as np
 
-from agent.clock_map import ClockMap
+from agent.clocks.clock_map import ClockMap
+from agent.clocks.local_clock import LocalClock
+from agent.clocks.server_clock import ServerClock
 from agent.config import AgentConfig
 from agent.driver_seat import DriverSeat
 from agent.drivers.wheels import WheelCondition
 from agent.guard_pipe import DriveOrder, Latch, LatchOrder
 from agent.helm_pipe import HelmReport, Look
-from agent.local_clock import LocalClock
 from agent.pipe import Pipe
-from agent.server_clock import ServerClock
 from agent.stop_desk import StopDesk
 from agent.wheel_history import WheelHistory
 from protocol.bus import Bus

@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from agent.local_clock import LocalClock
+from agent.clocks.local_clock import LocalClock
 from agent.pipeline import Method
 from deploy.launch import Processes
 from deploy.settings_files import MAP_SERVER, SITE, Team, agent_settings, write_settings
@@ -35,7 +35,7 @@ class Swarm:
 class Crew:
     """A swarm's agents: the module that runs each of them, and their settings by name, given the swarm's endpoint.
 
-    `clocks` gives some of them a bad clock, to try out what becomes of that (agent/local_clock.py).
+    `clocks` gives some of them a bad clock, to try out what becomes of that (agent/clocks/local_clock.py).
     """
 
     module: str

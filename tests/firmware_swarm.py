@@ -8,8 +8,8 @@ from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from agent.clocks.local_clock import LocalClock
 from agent.config import AgentConfig, Create2Settings, RosArduinoBridgeSettings, SerialWheelSettings
-from agent.local_clock import LocalClock
 from deploy.coverage_meter import CoverageMeter
 from deploy.launch import Processes
 from deploy.settings_files import SITE, WORLD, agent_settings, mapserver_settings

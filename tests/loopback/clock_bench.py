@@ -18,9 +18,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from agent.clock_map import ServerStamps
+from agent.clocks.clock_map import ServerStamps
+from agent.clocks.local_clock import LocalClock
 from agent.helm_process import HelmProcess
-from agent.local_clock import LocalClock
 from protocol.bus import Bus
 from protocol.fields import Packed, pose_tuple
 from protocol.geometry import Pose2

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from agent.local_clock import LocalClock
+from agent.clocks.local_clock import LocalClock
 from protocol.bus import Bus
 from protocol.messages import AgentStatus
 from protocol.topics import AGENT_ALIVE, AGENT_REPORT

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from agent.local_clock import LocalClock
+from agent.clocks.local_clock import LocalClock
 from deploy.settings_files import MAP_SERVER
 from protocol.geometry import Pose2
 from tests.firmware_swarm import FirmwareSwarm, running_firmware_swarm

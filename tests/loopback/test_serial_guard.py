@@ -9,10 +9,10 @@ from pathlib import Path
 
 import pytest
 
-from agent.clock_map import ClockMap
+from agent.clocks.clock_map import ClockMap
+from agent.clocks.local_clock import LocalClock
 from agent.guard_pipe import DriveOrder
 from agent.guard_process import GuardProcess
-from agent.local_clock import LocalClock
 from protocol.messages import WheelReadings
 from tests.unit.agent.drivers.port import Board, Port
 

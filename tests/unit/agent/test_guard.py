@@ -9,12 +9,12 @@ from dataclasses import dataclass, field
 import numpy as np
 import pytest
 
-from agent.clock_map import ServerStamps
+from agent.clocks.clock_map import ServerStamps
+from agent.clocks.local_clock import LocalClock
 from agent.control.twist import within_wheel_speed
 from agent.drivers.wheels import WheelCondition
 from agent.guard import CYCLE_S, HEARTBEAT_LIMIT_S, Guard
 from agent.guard_pipe import DriveOrder, GuardReport, Instruction, LatchOrder
-from agent.local_clock import LocalClock
 from agent.pipe import Pipe
 from protocol.errors import DecodeError, DriverError
 from protocol.fields import Packed

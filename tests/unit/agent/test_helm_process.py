@@ -12,11 +12,11 @@ import numpy as np
 import pytest
 
 from agent.child import Child
-from agent.clock_map import ServerStamps
+from agent.clocks.clock_map import ServerStamps
+from agent.clocks.local_clock import LocalClock
 from agent.drivers.wheels import WheelCondition
 from agent.helm_pipe import HelmReport, Look
 from agent.helm_process import HelmProcess
-from agent.local_clock import LocalClock
 from agent.pipe import Pipe
 from protocol.errors import DriverError
 from protocol.fields import Packed

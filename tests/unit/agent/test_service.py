@@ -13,7 +13,7 @@ import pytest
 from numpy.typing import NDArray
 
 from agent.camera_watch import CameraWatch
-from agent.clock_map import ClockMap
+from agent.clocks.clock_map import ClockMap
 from agent.drivers.camera import UNDECODABLE, CapturedFrame
 from agent.drivers.wheels import WheelCondition
 from agent.pipeline import Step

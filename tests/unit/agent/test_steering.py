@@ -9,12 +9,12 @@ from dataclasses import dataclass, field
 import numpy as np
 import pytest
 
-from agent.clock_map import ClockMap
+from agent.clocks.clock_map import ClockMap
+from agent.clocks.local_clock import LocalClock
 from agent.drivers.wheels import WheelCondition
 from agent.guard import HEARTBEAT_LIMIT_S
 from agent.guard_pipe import DriveOrder, Latch, LatchOrder
 from agent.helm_pipe import HelmReport, Look
-from agent.local_clock import LocalClock
 from agent.pipe import Pipe
 from agent.steering import Steering
 from protocol.bus import Bus

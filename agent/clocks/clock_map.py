@@ -6,7 +6,7 @@ from typing import Annotated
 
 from pydantic import Field, FiniteFloat
 
-from agent.local_clock import LocalClock
+from agent.clocks.local_clock import LocalClock
 from protocol.fields import Message, StampNs
 from protocol.messages import ClockOffset
 

@@ -7,7 +7,7 @@ import random
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from agent.clock_filter import ClockFilter, Exchange
+from agent.clocks.clock_filter import ClockFilter, Exchange
 
 SECOND_NS = 1_000_000_000
 SERVER_NS = 1_700_000_000 * SECOND_NS

@@ -7,10 +7,10 @@ import time
 from collections.abc import Callable
 from typing import Literal, Protocol
 
-from agent.clock_discipline import ClockDiscipline
-from agent.clock_filter import ClockFilter, Exchange
-from agent.clock_map import ClockMap
-from agent.local_clock import LocalClock
+from agent.clocks.clock_discipline import ClockDiscipline
+from agent.clocks.clock_filter import ClockFilter, Exchange
+from agent.clocks.clock_map import ClockMap
+from agent.clocks.local_clock import LocalClock
 from protocol.answers import Answer
 from protocol.messages import ClockReading
 from protocol.topics import SERVER_CLOCK, Query

@@ -7,8 +7,8 @@ from typing import Literal
 
 import pytest
 
-from agent.local_clock import LocalClock
-from agent.server_clock import ServerClock
+from agent.clocks.local_clock import LocalClock
+from agent.clocks.server_clock import ServerClock
 from protocol.answers import Answer
 from protocol.messages import ClockReading
 from protocol.topics import Query

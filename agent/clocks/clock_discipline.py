@@ -5,7 +5,7 @@ Stamps made by one such map after the other grow as the own clock does, so nobod
 
 from __future__ import annotations
 
-from agent.clock_map import ClockMap
+from agent.clocks.clock_map import ClockMap
 
 _LEAP_S = 0.02  # what the map is off by more than this it makes good at once
 _DRAWN_IN_S = 0.5  # what it is off by less, in about this time

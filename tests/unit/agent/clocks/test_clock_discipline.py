@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from agent.clock_discipline import ClockDiscipline
-from agent.clock_map import ClockMap
+from agent.clocks.clock_discipline import ClockDiscipline
+from agent.clocks.clock_map import ClockMap
 
 SECOND_NS = 1_000_000_000
 START_NS = 1_700_000_000 * SECOND_NS

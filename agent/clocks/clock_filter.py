@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from agent.clock_map import ClockMap
+from agent.clocks.clock_map import ClockMap
 
 _KEPT = 30  # exchanges: a minute, over which quartz hardly warms up
 _FLOOR_S = 50e-6  # how sure the quickest exchange is, but for how unlike its two ways may be

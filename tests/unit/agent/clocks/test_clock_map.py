@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from agent.clock_map import FRESH_S, ClockMap, ServerStamps
-from agent.local_clock import LocalClock
+from agent.clocks.clock_map import FRESH_S, ClockMap, ServerStamps
+from agent.clocks.local_clock import LocalClock
 
 SECOND_NS = 1_000_000_000
 SERVER_NS = 1_700_000_000 * SECOND_NS

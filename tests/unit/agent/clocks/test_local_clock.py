@@ -6,7 +6,7 @@ import time
 
 import pytest
 
-from agent.local_clock import LocalClock, parse_clock
+from agent.clocks.local_clock import LocalClock, parse_clock
 from protocol.errors import ConfigError
 
 SECOND_NS = 1_000_000_000
