@@ -14,6 +14,7 @@ from typing import Annotated, Literal, NoReturn
 
 import typer
 
+from deploy.calibrate_command import app as calibrate
 from deploy.unwinding import INTERRUPTED, unwind_on_signals
 from protocol.errors import OmmatidiaError
 
@@ -27,6 +28,7 @@ app = typer.Typer(
 )
 config_app = typer.Typer(help="Settings files.", no_args_is_help=True)
 app.add_typer(config_app, name="config")
+app.add_typer(calibrate, name="calibrate")
 
 RecordingFolder = Annotated[Path, typer.Argument(metavar="RECORDING", help="Folder that holds robots.yaml.", show_default=False)]
 OutFolder = Annotated[

@@ -1,0 +1,82 @@
+"""`ommatidia calibrate`: the commands that find out what a robot's lens and rig really are."""
+
+from __future__ import annotations
+
+import re
+from datetime import datetime
+from pathlib import Path
+from typing import Annotated, Literal, NamedTuple
+
+import typer
+
+app = typer.Typer(help="Find out what a robot's lens and rig really are.", no_args_is_help=False)
+
+
+class BoardSize(NamedTuple):
+    """Inner corners of a chessboard."""
+
+    columns: int
+    rows: int
+
+
+USUAL_BOARD = BoardSize(8, 6)
+
+
+def _board_size(text: str) -> BoardSize:
+    """Return columns and rows of a board that is told as 8x6."""
+    match = re.fullmatch(r"(\d{1,3})x(\d{1,3})", text)
+    if match is None:
+        raise typer.BadParameter(f"{text!r} is no board: say how many inner corners it has, such as 8x6")
+    return BoardSize(int(match[1]), int(match[2]))
+
+
+@app.callback(invoke_without_command=True)
+def _calibrate(context: typer.Context) -> None:
+    if context.invoked_subcommand is None:
+        print(context.get_help())
+
+
+@app.command(
+    epilog="Examples:\n\nommatidia calibrate lens photos --board 8x6 --square 0.0325"
+    "\n\nommatidia calibrate lens photos --board 8x6 --square 0.0325 --mount old/sensor.yaml --out new"
+)
+def lens(
+    photos: Annotated[list[Path], typer.Argument(metavar="PHOTOS", help="Photos of a chessboard, or folders of them.", show_default=False)],
+    board: Annotated[BoardSize, typer.Option(metavar="8x6", parser=_board_size, help="Inner corners: columns x rows.", show_default=False)],
+    square: Annotated[float, typer.Option(metavar="M", help="Side of a square [m], as measured.", show_default=False)],
+    out: Annotated[Path, typer.Option(metavar="DIR", help="Folder for sensor.yaml and the report picture lens.png.")] = Path("calibration"),
+    height: Annotated[float, typer.Option(min=0.01, max=5.0, metavar="M", help="Of the camera above the floor, as drawn.")] = 0.5,
+    mount: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="A sensor.yaml that says where the camera sits, in place of --height.")
+    ] = None,
+    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace a sensor.yaml that lies in DIR.")] = False,
+) -> None:
+    """Calibrate a lens of 60 to 220 degrees from photos of a chessboard."""
+    from rich.console import Console
+
+    from agent.lens_calibration.board import Board
+    from deploy.calibration.lens_command import Wishes, calibrate_lens_of
+
+    wishes = Wishes(tuple(photos), Board(*board, square), out, height, mount, overwrite)
+    calibrate_lens_of(wishes, Console(), datetime.now().astimezone())
+
+
+@app.command(
+    epilog="Examples:\n\nommatidia calibrate board\n\nommatidia calibrate board --board 8x6 --square 0.0325 --paper A3 --out board.pdf"
+)
+def board(
+    board: Annotated[
+        BoardSize | None, typer.Option(metavar="8x6", parser=_board_size, help="Inner corners: columns x rows; 8x6 if not given.")
+    ] = None,
+    square: Annotated[float | None, typer.Option(metavar="M", help="Side of a square [m]; the largest that fits if not given.")] = None,
+    paper: Annotated[Literal["A4", "A3", "A2", "A1", "A0", "letter", "tabloid"], typer.Option(help="What it is printed on.")] = "A4",
+    out: Annotated[Path, typer.Option(metavar="FILE", help="The page, as PDF.")] = Path("board.pdf"),
+) -> None:
+    """Make a page with a chessboard to print and photograph."""
+    from agent.lens_calibration.board import Board
+    from deploy.calibration.board_page import largest_square_m, write_board_page
+
+    size = board or USUAL_BOARD
+    page = Board(*size, largest_square_m(*size, paper) if square is None else square)
+    write_board_page(page, paper, out)
+    print(f"{out}: {page.columns}x{page.rows} inner corners, squares of {1e3 * page.square_m:g} mm; print at 100 %, then measure the bar")

@@ -1,0 +1,1 @@
+"""Calibration with somebody at the terminal: files in, progress and verdict on the screen, calibration files out."""
