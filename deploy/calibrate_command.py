@@ -9,7 +9,10 @@ from typing import Annotated, Literal, NamedTuple
 
 import typer
 
-app = typer.Typer(help="Find out what a robot's lens and rig really are.", no_args_is_help=False)
+app = typer.Typer(
+    help="Find out what a robot's lens and rig really are.",
+    epilog="Examples:\n\nommatidia calibrate board --paper A3\n\nommatidia calibrate lens photos --board 8x6 --square 0.0325",
+)
 
 
 class BoardSize(NamedTuple):

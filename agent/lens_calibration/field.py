@@ -59,9 +59,9 @@ def _dark_borders_px(brightest: Picture, centre: Array, aspect: Array) -> Array:
     turns = np.linspace(0.0, 2.0 * np.pi, DIRECTIONS, endpoint=False)
     along = np.stack([np.cos(turns), np.sin(turns)], axis=-1) * aspect
     places = np.rint(centre + steps[None, :, None] * along[:, None, :]).astype(int)  # (directions, steps, 2)
-    inside = ((places >= 0) & (places < [width, height])).all(axis=-1)
+    inside = np.asarray(((places >= 0) & (places < [width, height])).all(axis=-1), bool)
     clipped = np.clip(places, 0, [width - 1, height - 1])
-    bright = np.asarray(inside & (brightest[clipped[..., 1], clipped[..., 0]] > limit))
+    bright = np.asarray(inside & (brightest[clipped[..., 1], clipped[..., 0]] > limit), bool)
     last_bright = steps.size - 1 - np.argmax(bright[:, ::-1], axis=1)
     last_inside = steps.size - 1 - np.argmax(inside[:, ::-1], axis=1)
     ends_dark = bright.any(axis=1) & (last_bright < last_inside - 2)

@@ -11,7 +11,8 @@ import pytest
 
 from deploy.cli import run
 
-COMMANDS = ("replay", "evaluate", "demo", "agent", "mapserver", "doctor", "stop", "release")
+COMMANDS = ("replay", "evaluate", "demo", "agent", "mapserver", "doctor", "stop", "release", "calibrate")
+CALIBRATIONS = ("calibrate lens", "calibrate board", "calibrate rig")
 
 Fails = Callable[..., str]
 
@@ -31,9 +32,9 @@ def fails(capsys: pytest.CaptureFixture[str]) -> Fails:
     return complaint
 
 
-@pytest.mark.parametrize("command", COMMANDS)
+@pytest.mark.parametrize("command", COMMANDS + CALIBRATIONS)
 def test_help_of_every_command_shows_an_example(command: str, capsys: pytest.CaptureFixture[str]) -> None:
-    assert run([command, "--help"]) == 0
+    assert run([*command.split(), "--help"]) == 0
     assert f"ommatidia {command}" in capsys.readouterr().out.partition("Examples:")[2]
 
 
