@@ -83,3 +83,27 @@ def board(
     page = Board(*size, largest_square_m(*size, paper) if square is None else square)
     write_board_page(page, paper, out)
     print(f"{out}: {page.columns}x{page.rows} inner corners, squares of {1e3 * page.square_m:g} mm; print at 100 %, then measure the bar")
+
+
+@app.command(
+    epilog="Examples:\n\nommatidia calibrate rig --recording RECORDING --robot r1"
+    "\n\nommatidia calibrate rig --recording RECORDING --distance 1.000 --out r1"
+)
+def rig(
+    recording: Annotated[Path, typer.Option(metavar="DIR", help="A recorded drive: straight, and turns both ways.", show_default=False)],
+    robot: Annotated[str | None, typer.Option(metavar="NAME", help="The robot; the first if not given.", show_default=False)] = None,
+    distance: Annotated[
+        float | None,
+        typer.Option(
+            min=0.0, metavar="M", help="From the first place to the farthest, along a tape [m]; else the own rim tells the scale."
+        ),
+    ] = None,
+    out: Annotated[Path, typer.Option(metavar="DIR", help="Folder for the new sensor.yaml.")] = Path("calibration"),
+    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace a sensor.yaml that lies in DIR.")] = False,
+) -> None:
+    """Find how camera and wheels really sit, from a drive over any floor."""
+    from rich.console import Console
+
+    from deploy.calibration.rig_command import Wishes, calibrate_rig_of
+
+    calibrate_rig_of(Wishes(recording, robot, distance, out, overwrite), Console())
