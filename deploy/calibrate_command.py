@@ -11,7 +11,8 @@ import typer
 
 app = typer.Typer(
     help="Find out what a robot's lens and rig really are.",
-    epilog="Examples:\n\nommatidia calibrate board --paper A3\n\nommatidia calibrate lens photos --board 8x6 --square 0.0325",
+    epilog="Examples:\n\nommatidia calibrate board --paper A3\n\nommatidia calibrate lens photos --board 8x6 --square 0.0325"
+    "\n\nommatidia calibrate rig --config agent.toml",
 )
 
 
@@ -86,17 +87,22 @@ def board(
 
 
 @app.command(
-    epilog="Examples:\n\nommatidia calibrate rig --recording RECORDING --robot r1"
-    "\n\nommatidia calibrate rig --recording RECORDING --distance 1.000 --out r1"
+    epilog="Examples:\n\nommatidia calibrate rig --config agent.toml"
+    "\n\nommatidia calibrate rig --config agent.toml --distance 1.000"
+    "\n\nommatidia calibrate rig --recording RECORDING --robot r1"
 )
 def rig(
-    recording: Annotated[Path, typer.Option(metavar="DIR", help="A recorded drive: straight, and turns both ways.", show_default=False)],
-    robot: Annotated[str | None, typer.Option(metavar="NAME", help="The robot; the first if not given.", show_default=False)] = None,
+    config: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Settings of an agent that runs: push its robot by hand.", show_default=False)
+    ] = None,
+    seconds: Annotated[float, typer.Option(min=5.0, max=600.0, metavar="S", help="For how long a robot that runs is watched.")] = 60.0,
+    recording: Annotated[
+        Path | None, typer.Option(metavar="DIR", help="In place of that: a recorded drive, straight and with turns.", show_default=False)
+    ] = None,
+    robot: Annotated[str | None, typer.Option(metavar="NAME", help="In the recording; the first if not given.", show_default=False)] = None,
     distance: Annotated[
         float | None,
-        typer.Option(
-            min=0.0, metavar="M", help="From the first place to the farthest, along a tape [m]; else the own rim tells the scale."
-        ),
+        typer.Option(min=0.0, metavar="M", help="From the first place to the farthest, by a tape [m]; else the own rim tells the scale."),
     ] = None,
     out: Annotated[Path, typer.Option(metavar="DIR", help="Folder for the new sensor.yaml.")] = Path("calibration"),
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace a sensor.yaml that lies in DIR.")] = False,
@@ -106,4 +112,4 @@ def rig(
 
     from deploy.calibration.rig_command import Wishes, calibrate_rig_of
 
-    calibrate_rig_of(Wishes(recording, robot, distance, out, overwrite), Console())
+    calibrate_rig_of(Wishes(recording, robot, config, seconds, distance, out, overwrite), Console())

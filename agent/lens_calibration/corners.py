@@ -20,7 +20,7 @@ from protocol.geometry import Array
 Picture = NDArray[np.uint8]
 
 LARGEST_PX = 1600.0  # longer side of what is searched; corners are refined in the picture as it is
-SMALLEST_PX = 1000.0  # below it a picture is enlarged when nothing is found in it as it is
+SMALL_PX = 1000.0  # below it a picture is enlarged when nothing is found in it as it is, above it is made smaller
 CLIP_LIMIT, TILES = 3.0, (8, 8)  # of the contrast enhancement (Zuiderveld, "Contrast limited adaptive histogram equalization", 1994)
 WINDOW_SHARE, WINDOW_PX = 0.3, (2, 12)  # half a corner's window beside the way to the next corner
 REFINING = (cv2.TERM_CRITERIA_COUNT + cv2.TERM_CRITERIA_EPS, 50, 1e-4)
@@ -45,9 +45,12 @@ def find_corners(grey: Picture, board: Board) -> Array | None:
     for attempt in _ATTEMPTS:
         prepared = attempt.prepare(searched)
         found = attempt.detect(prepared, board)
-        if found is not None:
-            scale = np.array(prepared.shape[::-1]) / np.array(searched.shape[::-1]) * share
-            return refined(grey, (found + 0.5) / scale - 0.5, board)
+        if found is None:
+            continue
+        scale = np.array(prepared.shape[::-1]) / np.array(searched.shape[::-1]) * share
+        corners = refined(grey, (found + 0.5) / scale - 0.5, board)
+        if corners is not None:
+            return corners
     return None
 
 
@@ -117,9 +120,10 @@ def _with_contrast(grey: Picture) -> Picture:
     return np.asarray(cv2.createCLAHE(CLIP_LIMIT, TILES).apply(grey), np.uint8)
 
 
-def _enlarged(grey: Picture) -> Picture:
-    scale = 2.0 if max(grey.shape) < SMALLEST_PX else 1.0
-    return np.asarray(cv2.resize(grey, None, fx=scale, fy=scale, interpolation=cv2.INTER_CUBIC), np.uint8)
+def _resized(grey: Picture) -> Picture:
+    if max(grey.shape) < SMALL_PX:
+        return np.asarray(cv2.resize(grey, None, fx=2.0, fy=2.0, interpolation=cv2.INTER_CUBIC), np.uint8)
+    return np.asarray(cv2.resize(grey, None, fx=0.5, fy=0.5, interpolation=cv2.INTER_AREA), np.uint8)
 
 
 def _by_sectors(grey: Picture, board: Board) -> Array | None:
@@ -146,6 +150,6 @@ _ATTEMPTS = (
     _Attempt(_with_contrast, _by_sectors),
     _Attempt(_with_contrast, _by_squares),
     _Attempt(_as_it_is, _by_sectors_thoroughly),
-    _Attempt(_enlarged, _by_sectors_thoroughly),
+    _Attempt(_resized, _by_sectors_thoroughly),
 )
 _ATTEMPTS_REDRAWN = _ATTEMPTS[1], _ATTEMPTS[3], _ATTEMPTS[0]

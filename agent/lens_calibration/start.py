@@ -11,7 +11,7 @@ from agent.lens_calibration.camera import BoardPose, Camera
 from agent.lens_calibration.radial import KANNALA_BRANDT
 from protocol.geometry import Array
 
-FOCAL_SHARES = np.geomspace(0.12, 1.6, 27)  # of the picture's width
+FOCAL_SHARES = np.geomspace(0.08, 1.6, 30)  # of the picture's width
 _WIDEST_RAD = np.radians(120.0)  # to the axis; a focal length that puts corners beyond it is too short
 
 

@@ -63,11 +63,14 @@ class FoundRig:
 def found_rig(watched: Watched, distance_m: float | None) -> FoundRig:
     """Return the rig; with the distance [m] along a tape from the first place to the farthest, ratios become metres.
 
-    Raises ConfigError where the robot did not move far enough for a tape to tell anything.
+    Raises ConfigError where the picture shows a known length already, or the robot did not go far enough for a tape to tell anything.
     """
     values = {value.name: value for value in watched.values}
+    shows_length = not any(name.endswith(RATIO) for name in values)
     if distance_m is None:
-        return FoundRig(values, not any(name.endswith(RATIO) for name in values))
+        return FoundRig(values, shows_length)
+    if shows_length:
+        raise ConfigError("--distance: the robot knows the size of its own rim, which tells all lengths; leave --distance out")
     if min(distance_m, watched.reached_m) < LEAST_TAPE_M:
         raise ConfigError(
             f"--distance {distance_m:g}: the robot went {watched.reached_m:.2f} m from its start; "

@@ -11,12 +11,16 @@ from rich.progress import Progress
 from rich.table import Table
 
 from agent.calibration import read_calibration
-from agent.rig import Body, Calibration
+from agent.config import AgentConfig, load_config
+from agent.rig import Calibration
 from deploy.calibration.rig import FoundRig, Watched, calibration_of, found_rig
+from deploy.calibration.rig_live import FIGURE, watch_robot
 from deploy.calibration.rig_recording import drawn_body, recorded_robot, watch_recording
+from protocol.bus import Bus
 from protocol.errors import ConfigError
 from sim.recording import RecordedRobot, Recording
 
+CONNECT_TIMEOUT_S = 2.0
 _ROWS = (  # name, what it is called, unit, how many of it are one of the value's
     ("camera_height_m", "camera height", "mm", 1e3),
     ("camera_tilt_forward_rad", "tilt forward", "mrad", 1e3),
@@ -34,23 +38,23 @@ _ROWS = (  # name, what it is called, unit, how many of it are one of the value'
 
 
 class Wishes(NamedTuple):
-    """What was asked for on the command line."""
+    """What was asked for on the command line: a recording and a robot in it, or the settings of an agent that runs."""
 
-    recording: Path
+    recording: Path | None
     robot: str | None
+    config: Path | None
+    seconds_s: float
     distance_m: float | None
     out: Path
     overwrite: bool
 
 
 def calibrate_rig_of(wishes: Wishes, console: Console) -> None:
-    """Find the rig of a recorded robot; leave sensor.yaml in a folder where lengths are known. Raises OmmatidiaError."""
+    """Find the rig of a robot; leave sensor.yaml in a folder where lengths are known. Raises OmmatidiaError."""
     sensor_file = wishes.out / "sensor.yaml"
     if sensor_file.exists() and not wishes.overwrite:
         raise ConfigError(f"{sensor_file}: is there already; replace it with --overwrite, or name another folder with --out")
-    robot = recorded_robot(Recording.open(wishes.recording), wishes.robot)
-    drawn = read_calibration(robot.sensor_file)
-    watched = _watched(robot, drawn_body(robot, shows_rim=wishes.distance_m is None), drawn, console)
+    drawn_file, watched = _watch(wishes, console)
     rig = found_rig(watched, wishes.distance_m)
     _tell(rig, watched, console)
     if not rig.has_scale:
@@ -58,7 +62,7 @@ def calibrate_rig_of(wishes: Wishes, console: Console) -> None:
         console.print("State deck_radius_m and deck_height_m, or push the robot along a tape and say --distance.", soft_wrap=True)
         return
     wishes.out.mkdir(parents=True, exist_ok=True)
-    write_rig_file(robot.sensor_file, calibration_of(rig, drawn), sensor_file)
+    write_rig_file(drawn_file, calibration_of(rig, read_calibration(drawn_file)), sensor_file)
     console.print(f"camera: {sensor_file}", soft_wrap=True)
     radius_m = 0.5 * (rig["wheel_radius_left_m"] + rig["wheel_radius_right_m"])
     console.print("wheels, for [body] of the agent's file:", highlight=False, markup=False)
@@ -74,10 +78,34 @@ def write_rig_file(drawn_file: Path, calibration: Calibration, file: Path) -> No
     read_calibration(file)
 
 
-def _watched(robot: RecordedRobot, body: Body, drawn: Calibration, console: Console) -> Watched:
+def _watch(wishes: Wishes, console: Console) -> tuple[Path, Watched]:
+    """Return the calibration that the robot was drawn with, and what it has learned while it moved."""
+    if wishes.recording is not None and wishes.config is None:
+        robot = recorded_robot(Recording.open(wishes.recording), wishes.robot)
+        return robot.sensor_file, _watch_recorded(robot, console, shows_rim=wishes.distance_m is None)
+    if wishes.config is not None and wishes.recording is None:
+        config = load_config(wishes.config)
+        read_calibration(config.camera.calibration)  # complains before anybody has pushed for nothing
+        return config.camera.calibration, _watch_running(config, wishes.seconds_s, console)
+    raise ConfigError("name either a drive with --recording, or a robot that runs with --config")
+
+
+def _watch_recorded(robot: RecordedRobot, console: Console, *, shows_rim: bool) -> Watched:
+    drawn = read_calibration(robot.sensor_file)
     with Progress(console=console, transient=True) as bar:
         task = bar.add_task(f"{robot.name}: looking at the floor", total=len(robot.camera))
-        return watch_recording(robot, body, drawn, lambda: bar.advance(task))
+        return watch_recording(robot, drawn_body(robot, shows_rim=shows_rim), drawn, lambda: bar.advance(task))
+
+
+def _watch_running(config: AgentConfig, seconds_s: float, console: Console) -> Watched:
+    for line in FIGURE:
+        console.print(line, soft_wrap=True)
+    with (
+        Bus.open_client(config.robot.site, config.robot.endpoint, CONNECT_TIMEOUT_S) as bus,
+        Progress(console=console, transient=True) as bar,
+    ):
+        task = bar.add_task(f"{config.robot.name}: watching", total=seconds_s)
+        return watch_robot(bus, config.robot.name, seconds_s, lambda passed_s: bar.update(task, completed=passed_s))
 
 
 def _tell(rig: FoundRig, watched: Watched, console: Console) -> None:
