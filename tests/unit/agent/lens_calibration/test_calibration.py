@@ -75,7 +75,7 @@ def test_too_few_photos_with_a_board_are_refused() -> None:
 
 
 def test_a_board_that_was_everywhere_gives_a_good_verdict() -> None:
-    fit = fit_lens(BOARD, shoot(185, 24, reach=0.95).corners(0.1), SIZE_PX)
+    fit = fit_lens(BOARD, shoot(185, 32, reach=0.95).corners(0.1), SIZE_PX)
     verdict = judge(fit, Field(LENSES[185].fx * 1.62, np.radians(92.5), True))
     assert (verdict.grade, verdict.reasons, verdict.advice) == ("good", (), ())
     assert verdict.error_at_1m_m < 0.002
