@@ -9,6 +9,7 @@ import math
 from collections.abc import Callable
 from typing import NamedTuple
 
+from sim.firmware import create2_drive
 from sim.firmware import create2_tables as oi
 from sim.firmware.board import Motors
 from sim.firmware.open_interface import OpcodeReader, signed_words
@@ -82,7 +83,7 @@ class Create2:
         self._command(STILL, now_s)
         self._booted = False
         self._zero = self._motors.turning(now_s).angles_rad
-        self._told = self._zero  # the angles at which distance and turn were last told
+        self._told = dict.fromkeys((oi.DISTANCE, oi.ANGLE), self._zero)  # the angles at which each was last told
 
     def _carry_out(self, opcode: int, data: bytes, now_s: float) -> bytes:
         if opcode == oi.RESET:
@@ -110,40 +111,29 @@ class Create2:
         if self._mode != oi.SAFE:
             return
         dropped = self._sensed[oi.BUMPS_AND_DROPS] & (oi.DROP_LEFT | oi.DROP_RIGHT)
-        at_cliff = self._drives_on() and any(self._sensed[cliff] for cliff in oi.CLIFFS)
+        nearer = create2_drive.brings_cliff_nearer(self._rims_mm_s, self._rig.wheel_base_m)
+        at_cliff = nearer and any(self._sensed[cliff] for cliff in oi.CLIFFS)
         if dropped or at_cliff or self._sensed[oi.CHARGERS]:
             self._enter(oi.PASSIVE, now_s)
 
-    def _drives_on(self) -> bool:
-        """Tell whether it is told to go forward, or backward in so tight a turn that its front swings out."""
-        left, right = self._requested_mm_s
-        turn = abs(right - left)
-        return left + right > 0.0 or (turn > 0.0 and abs(left + right) < turn)
-
     def _drive_direct(self, words: tuple[int, ...], now_s: float) -> None:
-        right, left = (_within(word, oi.FASTEST_MM_S) for word in words)
+        right, left = words
         self._requested.update({oi.RIGHT_VELOCITY: right, oi.LEFT_VELOCITY: left})
-        self._command(Wheels(left, right), now_s)
+        self._command(create2_drive.direct(right, left), now_s)
 
     def _drive_pwm(self, words: tuple[int, ...], now_s: float) -> None:
-        right, left = (_within(word, oi.FULL_PWM) * oi.FASTEST_MM_S / oi.FULL_PWM for word in words)
-        self._command(Wheels(left, right), now_s)
+        right, left = words
+        self._command(create2_drive.pwm(right, left), now_s)
 
     def _drive(self, words: tuple[int, ...], now_s: float) -> None:
-        speed, radius = _within(words[0], oi.FASTEST_MM_S), words[1]
+        speed, radius = words
         self._requested.update({oi.VELOCITY: speed, oi.RADIUS: radius})
-        if radius in oi.ON_THE_SPOT:
-            turn = float(speed * oi.ON_THE_SPOT[radius])
-            self._command(Wheels(-turn, turn), now_s)
-            return
-        bend = 0.0 if radius in oi.STRAIGHT or not radius else 500.0 * self._rig.wheel_base_m / _within(radius, oi.WIDEST_MM)
-        self._command(Wheels(speed * (1.0 - bend), speed * (1.0 + bend)), now_s)
+        self._command(create2_drive.about_radius(speed, radius, self._rig.wheel_base_m), now_s)
 
-    def _command(self, speeds_mm_s: Wheels, now_s: float) -> None:
-        """Turn the wheels; rims run no faster than they can."""
-        left, right = (min(max(speed, -oi.FASTEST_MM_S), oi.FASTEST_MM_S) for speed in speeds_mm_s)
-        self._requested_mm_s = Wheels(left, right)
-        self._motors.command(Wheels(left * 1e-3 / self._rig.wheel_radius_m, right * 1e-3 / self._rig.wheel_radius_m), now_s)
+    def _command(self, rims_mm_s: Wheels, now_s: float) -> None:
+        self._rims_mm_s = rims_mm_s
+        rad = 1e-3 / self._rig.wheel_radius_m
+        self._motors.command(Wheels(rims_mm_s.left * rad, rims_mm_s.right * rad), now_s)
 
     def _set_baud(self, data: bytes, _now_s: float) -> bytes:
         self._baud = oi.BAUD_CODES[data[0]] if data[0] < len(oi.BAUD_CODES) else self._baud
@@ -181,12 +171,11 @@ class Create2:
         return own.get(packet, self._sensed[packet])
 
     def _way(self, packet: int, now_s: float) -> int:
-        """Return the way [mm] or the turn [degrees] since one of them was last asked for."""
-        angles = self._motors.turning(now_s).angles_rad
-        left_m, right_m = (self._rig.wheel_radius_m * (now - told) for now, told in zip(angles, self._told, strict=True))
+        """Return the way [mm] or the turn [degrees] since it was last asked for."""
+        before, self._told[packet] = self._told[packet], self._motors.turning(now_s).angles_rad
+        left_m, right_m = (self._rig.wheel_radius_m * (now - then) for now, then in zip(self._told[packet], before, strict=True))
         if packet == oi.DISTANCE:
             return round(500.0 * (left_m + right_m))
-        self._told = angles
         return round(math.degrees((right_m - left_m) / self._rig.wheel_base_m))
 
 
@@ -210,7 +199,3 @@ _INPUTS: dict[int, Callable[[Create2, bytes, float], bytes]] = {
     oi.STREAM: Create2._ask_stream,
     oi.PAUSE_RESUME: Create2._pause_resume,
 }
-
-
-def _within(value: int, most: int) -> int:
-    return min(max(value, -most), most)

@@ -15,6 +15,7 @@ STREAM_S = 0.015
 STREAM_HEADER = 19
 FASTEST_MM_S = 500
 WIDEST_MM = 2000  # of radii
+ROBOT_RADIUS_M = 0.17
 FULL_PWM = 255
 STRAIGHT = (0x7FFF, -0x8000)  # radii that mean none
 ON_THE_SPOT = {-1: -1, 1: 1}  # radii that mean turning clockwise, and counter-clockwise

@@ -124,6 +124,22 @@ def test_in_safe_mode_it_stops_and_turns_passive_at_a_drop_a_cliff_or_a_charger(
     assert driving.rims_mm_s() == pytest.approx((0.0, 0.0), abs=0.1)
 
 
+@pytest.mark.parametrize(
+    ("right", "left", "mode"),
+    [
+        (-100, -100, oi.SAFE),  # straight back, away from the edge
+        (-100, -50, oi.SAFE),  # about a point outside the robot
+        (-100, 0, oi.PASSIVE),  # about its left wheel: the front swings out
+        (100, -100, oi.PASSIVE),
+    ],
+)
+def test_at_a_cliff_it_may_only_back_away(talk: Talk, right: int, left: int, mode: int) -> None:
+    talk.board.sense(10, 1)
+    talk.ask(oi.START, oi.MODE_SAFE, oi.DRIVE_DIRECT, *right.to_bytes(2, "big", signed=True), *left.to_bytes(2, "big", signed=True))
+    talk.wait(0.1)
+    assert talk.mode() == mode
+
+
 def test_a_lasting_drop_lets_nobody_into_safe_mode(driving: Talk) -> None:
     driving.board.sense(oi.BUMPS_AND_DROPS, oi.DROP_LEFT)
     driving.wait(0.1)
@@ -187,7 +203,7 @@ def test_commands_with_counted_data_are_passed_over_whole(talk: Talk) -> None:
 
 
 def test_distance_and_angle_are_told_since_they_were_last_asked_for(driving: Talk) -> None:
-    driving.ask(oi.SENSORS, oi.DISTANCE), driving.ask(oi.SENSORS, oi.ANGLE)
+    driving.ask(oi.QUERY_LIST, 2, oi.DISTANCE, oi.ANGLE)
     driving.wait(1.0)
 
     assert int.from_bytes(driving.ask(oi.SENSORS, oi.DISTANCE), "big") == pytest.approx(150, abs=1)
