@@ -220,6 +220,31 @@ def test_in_real_time_a_robot_whose_driver_is_frozen_holds_up_nobody(tmp_path: P
     assert report["slower"] < 1.2
 
 
+def test_on_the_wall_clock_stamps_are_wall_time(tmp_path: Path, stack: ExitStack) -> None:
+    before_ns = time.time_ns()
+    theatre = Theatre(tmp_path, stack, "--clock", "wall", "--duration", "1")
+    theatre.end()
+    theatre.take()
+    stamps_ns = [world_time.stamp_ns for world_time in theatre.times]
+    assert before_ns < stamps_ns[0] < stamps_ns[-1] < time.time_ns()
+    assert set(np.diff(stamps_ns)) == {PERIOD_NS}
+
+
+def test_on_the_wall_clock_a_world_that_was_held_up_catches_up_and_drops_its_late_pictures(tmp_path: Path, stack: ExitStack) -> None:
+    theatre = Theatre(tmp_path, stack, "--clock", "wall", "--duration", "3")
+    theatre.until(lambda: bool(theatre.times))
+    theatre.process.send_signal(signal.SIGSTOP)
+    stopped_s = time.monotonic()
+    theatre.until(lambda: time.monotonic() - stopped_s > 1.0)
+    theatre.process.send_signal(signal.SIGCONT)
+    theatre.end()
+    theatre.take()
+    shown = [world_time.robots for world_time in theatre.times]
+    assert len(shown) == 31  # nothing is left out
+    assert sum(robots == () for robots in shown) >= 8
+    assert json.loads((theatre.out / "world_report.json").read_text())["late_steps"] >= 2 * 8
+
+
 def test_a_signal_ends_the_world_at_once_and_it_still_accounts_for_itself(tmp_path: Path, stack: ExitStack) -> None:
     theatre = Theatre(tmp_path, stack)
     theatre.next_time()
@@ -236,6 +261,7 @@ def test_a_signal_ends_the_world_at_once_and_it_still_accounts_for_itself(tmp_pa
         (("--scenario", "nowhere.toml"), "world: nowhere.toml: cannot be read: No such file or directory\n"),
         (("--seed", "1", "--robots", "13"), "world: a random arena has room for 1 to 12 robots, not 13\n"),
         (("--seed", "1", "--clock", "real", "--pace", "max"), "--clock real needs a finite --pace\n"),
+        (("--seed", "1", "--clock", "wall", "--pace", "2"), "--clock wall has the pace of the wall clock: leave --pace away\n"),
         (("--seed", "1", "--pace", "0"), "argument --pace: 0 is not a positive number\n"),
     ],
 )
