@@ -86,7 +86,8 @@ class DriverSeat:
             self._course.note_pose(poses.stamp_ns, self._history.angles_at(poses.stamp_ns), measured[self._robot])
         odom_from_arena = self._course.odom_from_arena()
         if odom_from_arena is not None:
-            self._near.note_robots(poses.stamp_ns, {robot: odom_from_arena.apply(pose[:2]) for robot, pose in measured.items()})
+            places_m = {robot: odom_from_arena.apply(pose[:2]) for robot, pose in measured.items()}
+            self._near.note_robots(poses.stamp_ns, self._robot, places_m)
 
     def offer(self, setpoints: Setpoints, arrived_s: float) -> None:
         """Take a broadcast that arrived at a time on the monotonic clock."""

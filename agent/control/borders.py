@@ -13,7 +13,7 @@ from protocol.messages import LocalMap
 
 SPACING_M = 0.01  # of the points that stand for a thing's border: no body slips through between two
 NEAR_M = 0.7  # of the body's origin: things farther away are of no concern yet
-ROBOT_MARGIN_M = 0.03  # an outline within this of a sighted robot's body is that robot
+ROBOT_MARGIN_M = 0.03  # an outline within this of a robot's body is that robot
 EDGE_M = 0.03  # what shows nowhere but this near to the own body's edge is its shadow, or its reflection
 SIGHTED = -1  # the label of every robot
 
@@ -24,32 +24,45 @@ class Borders(NamedTuple):
     points_m: Array  # (n, 2)
     moving: NDArray[np.bool_]  # (n,)
 
+    def joined(self, other: Borders) -> Borders:
+        """Return the points of both."""
+        return Borders(*(np.concatenate(pair) for pair in zip(self, other, strict=True)))
+
 
 class SeenBorders(NamedTuple):
     """The same, with the label of the thing that each lies on."""
 
     points_m: Array  # (n, 2) [body]
     moving: NDArray[np.bool_]  # (n,)
+    on_robot: NDArray[np.bool_]  # (n,) or hardly beside one
     labels: NDArray[np.int64]  # (n,)
 
 
-def seen_borders(local_map: LocalMap, body_radius_m: float) -> SeenBorders:
-    """Return the borders that a local map shows near the robot: of outlines, and of sighted robots with a body of that radius."""
+def seen_borders(local_map: LocalMap, robots_m: Array, body_radius_m: float) -> SeenBorders:
+    """Return the borders that a local map shows near the robot: of outlines, and of sighted robots with a body of that radius.
+
+    `robots_m`, (k, 2) [body], is where other robots are, sighted or not.
+    """
     bodies = np.array([(s.range_m * np.cos(s.bearing_rad), s.range_m * np.sin(s.bearing_rad)) for s in local_map.sightings]).reshape(-1, 2)
     outlines = [region.outline.metres() for region in local_map.regions]
     things = [(region, outline) for region, outline in zip(local_map.regions, outlines, strict=True) if _is_thing(outline, local_map)]
     points, owner = _near_points([outline for _, outline in things])
-    moving = (
-        within(points, bodies, body_radius_m + ROBOT_MARGIN_M)
-        | np.array([region.motion == "moving" for region, _ in things], dtype=np.bool_)[owner]
-    )
+    on_robot = within(points, np.concatenate([bodies, robots_m]), body_radius_m + ROBOT_MARGIN_M)
+    moving = on_robot | np.array([region.motion == "moving" for region, _ in things], dtype=np.bool_)[owner]
     labels = np.array([region.label for region, _ in things], dtype=np.int64)[owner]
-    robots = (bodies[norms(bodies) < NEAR_M + body_radius_m][:, None] + _circle(body_radius_m)).reshape(-1, 2)
+    robots = body_borders(bodies, body_radius_m)
     return SeenBorders(
-        np.concatenate([points, robots]),
-        np.concatenate([moving, np.ones(len(robots), dtype=np.bool_)]),
-        np.concatenate([labels, np.full(len(robots), SIGHTED)]),
+        np.concatenate([points, robots.points_m]),
+        np.concatenate([moving, robots.moving]),
+        np.concatenate([on_robot, robots.moving]),
+        np.concatenate([labels, np.full(len(robots.points_m), SIGHTED)]),
     )
+
+
+def body_borders(centres_m: Array, body_radius_m: float) -> Borders:
+    """Return the borders of robots' bodies round centres (k, 2), of those that are near."""
+    points = (centres_m[norms(centres_m) < NEAR_M + body_radius_m][:, None] + _circle(body_radius_m)).reshape(-1, 2)
+    return Borders(points, np.ones(len(points), dtype=np.bool_))
 
 
 def along_border(outline_m: Array) -> Array:

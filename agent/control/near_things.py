@@ -12,16 +12,17 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from agent.control.borders import NEAR_M, SPACING_M, Borders, norms, seen_borders, within
+from agent.control.borders import NEAR_M, SPACING_M, Borders, body_borders, norms, seen_borders, within
 from agent.control.persistence import Persistence
 from agent.control.trodden import Trodden
 from protocol.geometry import Array, Pose2
 from protocol.messages import LocalMap
 
-STATIC_S, TRODDEN_S, MOVING_S = 120.0, 2.0, 0.5  # how long something hidden is remembered; the second, where a robot has been
+THING_S, TRODDEN_S, ROBOT_S = 120.0, 2.0, 0.5  # how long something hidden is remembered; the second, where a robot has been
 ONE_THING_M = 0.05  # what stands so near to something hidden is remembered with it, though it shows no more: its side may be like the floor
 GOES_ON_RAD, GOES_ON_M = 0.5, 0.02  # something hidden goes on where something is seen in its direction, so near to what is hidden
 AT_REST_S = 1.0  # what has moved is taken to move for so long after that
+LOCATED_S = 0.5  # for so long a robot is taken to be where the map server last saw it
 
 
 class KnownBorders(NamedTuple):
@@ -29,22 +30,23 @@ class KnownBorders(NamedTuple):
 
     points_m: Array  # (n, 2) [odom]
     moving: NDArray[np.bool_]  # (n,)
+    on_robot: NDArray[np.bool_]  # (n,)
     seen_ns: NDArray[np.int64]  # (n,)
 
     def select(self, rows: NDArray[Any]) -> KnownBorders:
         """Return some of the points, by mask or index."""
-        return KnownBorders(self.points_m[rows], self.moving[rows], self.seen_ns[rows])
+        return KnownBorders(*(part[rows] for part in self))
 
     def joined(self, other: KnownBorders) -> KnownBorders:
         """Return the points of both."""
         return KnownBorders(*(np.concatenate(pair) for pair in zip(self, other, strict=True)))
 
     def until_ns(self) -> Array:
-        """Return until when each is remembered once it is hidden, (n,)."""
-        return np.asarray(self.seen_ns + 1e9 * np.where(self.moving, MOVING_S, STATIC_S))
+        """Return until when each is remembered once it is hidden, (n,): also what moves, since it may only have seemed to."""
+        return np.asarray(self.seen_ns + 1e9 * np.where(self.on_robot, ROBOT_S, THING_S))
 
 
-_NOTHING = KnownBorders(np.empty((0, 2)), np.empty(0, dtype=np.bool_), np.empty(0, dtype=np.int64))
+_NOTHING = KnownBorders(np.empty((0, 2)), np.empty(0, dtype=np.bool_), np.empty(0, dtype=np.bool_), np.empty(0, dtype=np.int64))
 
 
 class NearThings:
@@ -56,6 +58,7 @@ class NearThings:
         self._persistence = Persistence()
         self._trodden = Trodden(body_radius_m)
         self._moved_ns: dict[int, int] = {}  # by label, when a thing last moved
+        self._located_ns, self._robots_m = 0, np.empty((0, 2))  # when the map server last told, and where other robots were [odom]
 
     def see(self, local_map: LocalMap) -> None:
         """Take a local map; what it could not see stays as it was, all of it where its picture was dropped."""
@@ -64,22 +67,34 @@ class NearThings:
             seen = self._lasting(local_map, odom_from_body)
             self._known = seen.joined(thinned(self._hidden(seen, odom_from_body, local_map.body_radius_m, local_map.stamp_ns)))
 
-    def note_robots(self, stamp_ns: int, centres_m: dict[str, Array]) -> None:
-        """Take where robots are, by name, (2,) [odom] each: nothing stands where they have been."""
+    def note_robots(self, stamp_ns: int, robot: str, centres_m: dict[str, Array]) -> None:
+        """Take where robots are, by name, (2,) [odom] each, among them `robot` itself: nothing stands where they have been."""
         self._trodden.note(stamp_ns, centres_m)
+        others = [centre_m for other, centre_m in centres_m.items() if other != robot]
+        self._located_ns, self._robots_m = stamp_ns, np.array(others).reshape(-1, 2)
 
-    def around(self, odom_from_body: Pose2) -> Borders:
-        """Return the borders [body] around the robot where it now is."""
+    def around(self, odom_from_body: Pose2, since_ns: int = 0) -> Borders:
+        """Return the borders [body] around the robot where it now is, as far as they were seen at a stamp or since."""
         points = odom_from_body.inverse().apply(self._known.points_m)
-        near = norms(points) < NEAR_M
+        near = (norms(points) < NEAR_M) & (self._known.seen_ns >= since_ns)
         return Borders(points[near], self._known.moving[near])
+
+    def robots(self, odom_from_body: Pose2) -> Borders:
+        """Return the borders [body] of the other robots where the map server last saw them."""
+        return body_borders(odom_from_body.inverse().apply(self._robots_m), self._radius_m)
+
+    def _robots_at(self, stamp_ns: int) -> Array:
+        """Return where other robots are, (k, 2) [odom]; nowhere, if that was told too long ago."""
+        return self._robots_m if stamp_ns - self._located_ns <= 1e9 * LOCATED_S else self._robots_m[:0]
 
     def _lasting(self, local_map: LocalMap, odom_from_body: Pose2) -> KnownBorders:
         """Return what a local map shows and does not only flicker."""
-        points, is_moving, labels = seen_borders(local_map, self._radius_m)
-        moving = is_moving | self._moved_just_now(local_map, labels)
-        seen = KnownBorders(odom_from_body.apply(points), moving, np.full(len(points), local_map.stamp_ns))
-        return seen.select(self._persistence.lasting(seen.points_m, labels))
+        robots_m = odom_from_body.inverse().apply(self._robots_at(local_map.stamp_ns))
+        borders = seen_borders(local_map, robots_m, self._radius_m)
+        moving = borders.moving | self._moved_just_now(local_map, borders.labels)
+        stamps_ns = np.full(len(moving), local_map.stamp_ns)
+        seen = KnownBorders(odom_from_body.apply(borders.points_m), moving, borders.on_robot, stamps_ns)
+        return seen.select(self._persistence.lasting(seen.points_m, borders.labels))
 
     def _moved_just_now(self, local_map: LocalMap, labels: NDArray[np.int64]) -> NDArray[np.bool_]:
         """Tell of which border points the things, by their labels, (n,), move, or did lately; a robot beside a thing does not move it."""

@@ -10,13 +10,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from agent.control.borders import NEAR_M, SPACING_M, along_border, seen_borders
-from agent.control.near_things import AT_REST_S, MOVING_S, ONE_THING_M, STATIC_S, TRODDEN_S, NearThings
-from protocol.geometry import Pose2
+from agent.control.near_things import AT_REST_S, LOCATED_S, ONE_THING_M, ROBOT_S, THING_S, TRODDEN_S, NearThings
+from protocol.geometry import Array, Pose2
 from protocol.messages import Region
-from tests.unit.agent.control.local_maps import HIDDEN_M, Motion, box, local_map, region, sighting
+from tests.unit.agent.control.local_maps import HIDDEN_M, MS, Motion, box, local_map, region, sighting
 
 RADIUS_M = 0.075
+NOBODY = np.empty((0, 2))
 AHEAD_M = 0.35  # of a box of 0.2 m: its near side is 0.25 m ahead
+SMALL = box(AHEAD_M, 0.0, 0.12, 0.12)
+ROUND_IT = np.array([(AHEAD_M, 0.0)])  # a robot there covers nearly all of it
 
 
 def nearest(near: NearThings, odom_from_body: Pose2) -> float:
@@ -34,19 +37,19 @@ def test_points_along_a_border_lie_close_together_and_on_it(width_m: float, dept
 
 
 def test_a_sighted_robot_is_a_circle_of_its_size_that_moves() -> None:
-    borders = seen_borders(local_map(0, sightings=[sighting(0.3, math.pi / 2)]), RADIUS_M)
+    borders = seen_borders(local_map(0, sightings=[sighting(0.3, math.pi / 2)]), NOBODY, RADIUS_M)
     np.testing.assert_allclose(np.hypot(*(borders.points_m - (0.0, 0.3)).T), RADIUS_M)
     assert borders.moving.all()
 
 
 def test_the_outline_of_a_sighted_robot_moves_as_well_and_a_thing_does_not() -> None:
     robot, thing = box(0.3, 0.0, 0.14, 0.14), box(-0.3, 0.0)
-    borders = seen_borders(local_map(0, [region(robot), region(thing)], sightings=[sighting(0.3, 0.0)]), RADIUS_M)
+    borders = seen_borders(local_map(0, [region(robot), region(thing)], sightings=[sighting(0.3, 0.0)]), NOBODY, RADIUS_M)
     np.testing.assert_array_equal(borders.moving, borders.points_m[:, 0] > 0.0)
 
 
 def test_things_far_away_are_left_out() -> None:
-    assert not len(seen_borders(local_map(0, [region(box(2.0, 0.0))]), RADIUS_M).points_m)
+    assert not len(seen_borders(local_map(0, [region(box(2.0, 0.0))]), NOBODY, RADIUS_M).points_m)
     assert NEAR_M < 1.0
 
 
@@ -80,15 +83,44 @@ def test_nothing_is_forgotten_over_a_dropped_picture() -> None:
     assert nearest(near, Pose2.identity()) == pytest.approx(0.25, abs=1e-4)
 
 
-@pytest.mark.parametrize(("motion", "kept_s"), [("moving", MOVING_S), ("static", STATIC_S), ("unknown", STATIC_S)])
-def test_what_is_hidden_is_forgotten_after_a_while(motion: Motion, kept_s: float) -> None:
+@pytest.mark.parametrize(
+    ("motion", "robots_m", "kept_s"), [("static", NOBODY, THING_S), ("moving", NOBODY, THING_S), ("static", ROUND_IT, ROBOT_S)]
+)
+def test_what_is_hidden_is_forgotten_after_a_while_and_a_robot_soon(motion: Motion, robots_m: Array, kept_s: float) -> None:
     near = NearThings(RADIUS_M)
-    near.see(local_map(0, [region(box(AHEAD_M, 0.0), motion)]))
+    near.note_robots(0, "r1", {f"r{row + 2}": place_m for row, place_m in enumerate(robots_m)})
+    near.see(local_map(0, [region(SMALL, motion)]))
     closer = Pose2(0.1, 0.0, 0.0)
     near.see(local_map(round(1e3 * kept_s), odom_from_body=closer))
     assert nearest(near, closer) < 0.2
     near.see(local_map(round(1e3 * kept_s) + 1, odom_from_body=closer))
     assert nearest(near, closer) == math.inf
+
+
+def test_a_robot_is_known_by_its_place_only_while_that_is_told() -> None:
+    near = NearThings(RADIUS_M)
+    near.note_robots(0, "r1", {"r2": ROUND_IT[0]})
+    near.see(local_map(round(1e3 * LOCATED_S) + 1, [region(SMALL)]))
+    closer = Pose2(0.1, 0.0, 0.0)
+    near.see(local_map(10_000, odom_from_body=closer))
+    assert nearest(near, closer) < 0.2
+
+
+def test_other_robots_are_where_the_map_server_saw_them() -> None:
+    near = NearThings(RADIUS_M)
+    near.note_robots(0, "r1", {"r1": np.zeros(2), "r2": ROUND_IT[0]})
+    borders = near.robots(Pose2(0.1, 0.0, 0.0))
+    np.testing.assert_allclose(np.hypot(*(borders.points_m - ROUND_IT + (0.1, 0.0)).T), RADIUS_M)
+    assert borders.moving.all()
+
+
+def test_only_what_was_seen_since_a_stamp_can_be_asked_for() -> None:
+    near = NearThings(RADIUS_M)
+    near.see(local_map(0, [region(box(AHEAD_M, 0.0))]))
+    closer = Pose2(0.1, 0.0, 0.0)
+    near.see(local_map(100, [region(box(-0.5, 0.0))], odom_from_body=closer))
+    assert (near.around(closer).points_m[:, 0] > 0.0).any()
+    assert not (near.around(closer, since_ns=100 * MS).points_m[:, 0] > 0.0).any()
 
 
 def test_a_place_is_remembered_for_as_long_as_anything_seen_there() -> None:
@@ -102,16 +134,13 @@ def test_a_place_is_remembered_for_as_long_as_anything_seen_there() -> None:
     assert nearest(near, closer) == pytest.approx(0.15, abs=0.001)
 
 
-@pytest.mark.parametrize(("rest_s", "kept_s"), [(AT_REST_S, MOVING_S), (AT_REST_S + 0.1, STATIC_S)])
-def test_what_has_moved_is_taken_to_move_for_a_while(rest_s: float, kept_s: float) -> None:
+@pytest.mark.parametrize(("rest_s", "moves"), [(AT_REST_S, True), (AT_REST_S + 0.1, False)])
+def test_what_has_moved_is_taken_to_move_for_a_while(rest_s: float, moves: bool) -> None:
     near = NearThings(RADIUS_M)
-    last_ms = 1000 + round(1e3 * rest_s)
-    for stamp_ms in range(0, last_ms + 1, 100):
+    for stamp_ms in range(0, 1001 + round(1e3 * rest_s), 100):
         motion: Motion = "moving" if stamp_ms <= 1000 else "unknown"
         near.see(local_map(stamp_ms, [region(box(AHEAD_M, 0.0), motion)]))
-    closer = Pose2(0.1, 0.0, 0.0)
-    near.see(local_map(last_ms + round(1e3 * kept_s) + 1, odom_from_body=closer))
-    assert nearest(near, closer) == math.inf
+    assert (near.around(Pose2.identity()).moving == moves).all()
 
 
 def test_a_robot_that_touches_a_thing_does_not_make_all_of_it_move() -> None:
@@ -125,7 +154,7 @@ def test_a_robot_that_touches_a_thing_does_not_make_all_of_it_move() -> None:
 
 
 def test_what_shows_only_at_the_own_bodys_edge_is_no_thing() -> None:
-    assert not len(seen_borders(local_map(0, [region(box(0.21, 0.0, 0.01, 0.01))]), RADIUS_M).points_m)
+    assert not len(seen_borders(local_map(0, [region(box(0.21, 0.0, 0.01, 0.01))]), NOBODY, RADIUS_M).points_m)
 
 
 def test_what_flickers_is_no_thing_and_what_is_seen_again_is_one() -> None:
@@ -154,7 +183,7 @@ def remembered_for_s(near: NearThings, *seen_later: Region) -> float:
     """Return for how long a small thing ahead is remembered that the own body hides, while something else is seen."""
     near.see(local_map(0, [region(box(0.25, 0.0, 0.02, 0.02))], odom_from_body=Pose2(-0.15, 0.0, 0.0)))
     near.see(local_map(100, [region(box(0.25, 0.0, 0.02, 0.02))], odom_from_body=Pose2(-0.15, 0.0, 0.0)))
-    for tenths in range(round(10 * STATIC_S) + 2):
+    for tenths in range(round(10 * THING_S) + 2):
         near.see(local_map(200 + 100 * tenths, seen_later))
         if nearest(near, Pose2.identity()) > 0.12:
             return 0.1 * tenths
@@ -162,16 +191,18 @@ def remembered_for_s(near: NearThings, *seen_later: Region) -> float:
 
 
 def test_what_is_hidden_where_a_robot_has_been_is_not_remembered_for_long() -> None:
-    for centre_m, lasts_s in (((0.1, 0.02), TRODDEN_S), ((0.1, 0.12), STATIC_S)):
+    for centre_m, lasts_s in (((0.1, 0.02), TRODDEN_S), ((0.1, 0.12), THING_S)):
         near = NearThings(RADIUS_M)
-        near.note_robots(0, {"r2": np.array(centre_m)})
+        near.note_robots(0, "r1", {"r2": np.array(centre_m)})
+        near.note_robots(0, "r1", {"r2": np.ones(2)})
         assert remembered_for_s(near) == pytest.approx(lasts_s, abs=0.11)
 
 
 def test_it_is_remembered_while_something_is_seen_behind_it() -> None:
-    for place, lasts_s in ((box(0.24, 0.0, 0.08, 0.04), STATIC_S), (box(-0.24, 0.0, 0.08, 0.04), TRODDEN_S)):
+    for place, lasts_s in ((box(0.24, 0.0, 0.08, 0.04), THING_S), (box(-0.24, 0.0, 0.08, 0.04), TRODDEN_S)):
         near = NearThings(RADIUS_M)
-        near.note_robots(0, {"r2": np.array([0.1, 0.02])})
+        near.note_robots(0, "r1", {"r2": np.array([0.1, 0.02])})
+        near.note_robots(0, "r1", {"r2": np.ones(2)})
         assert remembered_for_s(near, region(place, label=2)) == pytest.approx(lasts_s, abs=0.21)
 
 
