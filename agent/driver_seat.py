@@ -5,6 +5,7 @@ What it orders for a stamp follows from what is known up to that stamp, so that 
 
 from __future__ import annotations
 
+import math
 import time
 from collections import Counter
 from collections.abc import Callable
@@ -13,9 +14,11 @@ from typing import Literal, NamedTuple
 from agent.control.course import Course
 from agent.control.limits import DriveLimits, applied
 from agent.control.near_things import NearThings
-from agent.control.safety import Keeping, checked
+from agent.control.safety import Checked, Keeping, checked
+from agent.control.second_look import BEHIND_M, UNSEEN_S, Hold
 from agent.control.setpoints import Broadcast, SetpointGate, Standing
 from agent.control.tracking import Reference, track
+from agent.control.trail import Trail
 from agent.control.twist import STANDING, Twist, wheel_speeds
 from agent.guard_pipe import ORDER_LIMIT_S, DriveOrder
 from agent.rig import Body
@@ -41,6 +44,14 @@ class Decision(NamedTuple):
     reason: str
 
 
+class _Done(NamedTuple):
+    """What was ordered at a stamp, and what then held the robot up."""
+
+    stamp_ns: int
+    twist: Twist
+    hold: Hold
+
+
 class DriverSeat:
     """Drives one robot. `now_ns` is the map server's clock, None while it is not known; `clock_s` is monotonic."""
 
@@ -59,12 +70,13 @@ class DriverSeat:
         self._wheels = WheelGeometry(body.wheel_radius_m, body.wheel_base_m)
         self._keeping = Keeping(body.body_radius_m, margin_m, limits.max_speed_m_s)
         self._course, self._gate, self._near = Course(self._wheels), SetpointGate(robot, limits), NearThings(body.body_radius_m)
+        self._trail = Trail()
         self._seen_ns: int | None = None  # the last usable picture
         self._poses_ns = -1  # the last poses
         self._decided: tuple[int, int, int] | None = None  # epoch and seq of the setpoints, and the stamp of the robot's pose
         self._decision = Decision(STANDING, "standing", "")
-        self._now_twist: tuple[int, Twist] = (-1, STANDING)  # ordered at the pose's stamp
-        self._last_twist: tuple[int, Twist] = (-1, STANDING)  # ordered at an earlier one
+        self._now_done = _Done(-1, STANDING, Hold())  # at the pose's stamp
+        self._last_done = _Done(-1, STANDING, Hold())  # at an earlier one
 
     @property
     def counts(self) -> Counter[str]:
@@ -75,6 +87,7 @@ class DriverSeat:
         """Take the newest local map, made with the wheels at (2,) [rad]."""
         self._course.note_frame(local_map.stamp_ns, angles_rad, Pose2(*local_map.odom_from_body))
         self._near.see(local_map)
+        self._trail.note(Pose2(*local_map.odom_from_body))
         if local_map.picture == "used":
             self._seen_ns = local_map.stamp_ns
 
@@ -140,26 +153,38 @@ class DriverSeat:
         return self._drive(found.later(1e-9 * (pose_ns - broadcast.stamp_ns)), pose_ns, odom_from_body, arena_from_body)
 
     def _drive(self, reference: Reference, pose_ns: int, odom_from_body: Pose2, arena_from_body: Pose2) -> Decision:
-        """Return the twist towards a reference, as far as limits and the things around allow it."""
-        wanted = track(arena_from_body.between(reference.arena_from_body), reference.twist)
-        last_ns, last = self._twist_before(pose_ns)
-        elapsed_s = min(1e-9 * (pose_ns - last_ns), _MOST_ELAPSED_S)
-        safe = checked(applied(wanted, last, elapsed_s, self._limits), self._near.around(odom_from_body), self._keeping)
-        self._now_twist = (pose_ns, safe.twist)
-        if safe.blocked:
-            return Decision(safe.twist, "blocked", "something is in the way")
-        return Decision(safe.twist, "slowed" if safe.slowed else "standing" if safe.twist == STANDING else "driving", "")
+        """Return the twist towards a reference, or back for a second look, as far as limits and the things around allow it."""
+        done = self._done_before(pose_ns)
+        elapsed_s = min(1e-9 * (pose_ns - done.stamp_ns), _MOST_ELAPSED_S)
+        body_from_reference = arena_from_body.between(reference.arena_from_body)
+        around = self._near.around(odom_from_body)
+        if done.hold.steps_back:
+            wanted = track(odom_from_body.between(self._trail.back(odom_from_body)), STANDING)
+            around = around.joined(self._near.robots(odom_from_body))  # one close behind may be hidden as well
+        else:
+            wanted = track(body_from_reference, reference.twist)
+        wanted = applied(wanted, done.twist, elapsed_s, self._limits)
+        safe = checked(wanted, around, self._keeping)
+        is_behind = math.hypot(body_from_reference.x_m, body_from_reference.y_m) >= BEHIND_M
+        is_held = safe.blocked and is_behind and not self._is_in_view(wanted, pose_ns, odom_from_body)
+        hold = done.hold.after(elapsed_s, odom_from_body, blocked=safe.blocked, held=is_held)
+        self._now_done = _Done(pose_ns, safe.twist, hold)
+        return _decision(safe, done.hold.steps_back)
+
+    def _is_in_view(self, wanted: Twist, pose_ns: int, odom_from_body: Pose2) -> bool:
+        """Tell whether what the robot sees would block it by itself."""
+        seen = self._near.around(odom_from_body, since_ns=pose_ns - round(1e9 * UNSEEN_S))
+        return checked(wanted, seen, self._keeping).blocked
 
     def _stand(self, pose_ns: int, reason: str) -> Decision:
-        self._twist_before(pose_ns)
-        self._now_twist = (pose_ns, STANDING)
+        self._now_done = _Done(pose_ns, STANDING, self._done_before(pose_ns).hold)
         return Decision(STANDING, "standing", f"{reason}: standing")
 
-    def _twist_before(self, pose_ns: int) -> tuple[int, Twist]:
-        """Return what was last ordered at an earlier stamp: an order for the same stamp replaces another, and does not follow it."""
-        if self._now_twist[0] < pose_ns:
-            self._last_twist = self._now_twist
-        return self._last_twist
+    def _done_before(self, pose_ns: int) -> _Done:
+        """Return what was last done at an earlier stamp: an order for the same stamp replaces another, and does not follow it."""
+        if self._now_done.stamp_ns < pose_ns:
+            self._last_done = self._now_done
+        return self._last_done
 
     def _blindness(self, pose_ns: int) -> str:
         """Return what the robot has not sensed for too long, or nothing."""
@@ -170,3 +195,12 @@ class DriverSeat:
         if unseen_s > BLIND_S:
             return f"no usable picture for {unseen_s:.1f} s"
         return f"no wheel readings for {unread_s:.1f} s" if unread_s > BLIND_S else ""
+
+
+def _decision(safe: Checked, steps_back: bool) -> Decision:
+    """Return what is to be said of a twist that the local guard has let through."""
+    if steps_back:
+        return Decision(safe.twist, "slowed", "stepping back to see what is in the way")
+    if safe.blocked:
+        return Decision(safe.twist, "blocked", "something is in the way")
+    return Decision(safe.twist, "slowed" if safe.slowed else "standing" if safe.twist == STANDING else "driving", "")

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from agent.control.limits import DriveLimits
+from agent.control.second_look import BACK_M, HELD_S
 from agent.control.setpoints import FRESH_S
 from agent.driver_seat import BLIND_S, POSES_LIMIT_S, DriverSeat
 from agent.guard_pipe import DriveOrder
@@ -60,12 +61,12 @@ class Drive:
         self.seat.offer(broadcast(stamp_ms, self.seq, pose=(x_m, 0.0, 0.0), speed_m_s=speed_m_s, robot=robot), self.now_s)
         self.seq += 1
 
-    def step(self, stamp_ms: int, x_m: float, *boxes: tuple[float, float]) -> DriveOrder | None:
-        """Read the wheels, look, hear where the robot is, and that it should be there and go on."""
+    def step(self, stamp_ms: int, x_m: float, *boxes: tuple[float, float], ahead_m: float = 0.0) -> DriveOrder | None:
+        """Read the wheels, look, hear where the robot is, and that it should be there, or ahead of that, and go on."""
         self.roll(stamp_ms, x_m)
         self.look(stamp_ms, *boxes)
         self.locate(stamp_ms, Pose2(x_m, 0.0, 0.0))
-        self.hear(stamp_ms, x_m)
+        self.hear(stamp_ms, x_m + ahead_m)
         return self.seat.order()
 
 
@@ -196,6 +197,57 @@ def test_a_thing_in_the_way_slows_and_stops_the_robot(drive: Drive) -> None:
     assert drive.seat.fares().drive == "slowed"
     assert stands(drive.step(700, 0.155, (0.195, 0.0)))
     assert drive.seat.fares()[1:] == ("blocked", "something is in the way")
+
+
+def held_up(drive: Drive, box_m: float) -> int:
+    """Drive up to a box that far ahead of the start until the own body hides it; return the stamp [ms] of arrival."""
+    for step in range(6, 11):
+        drive.step(100 * step, 0.015 * step, (box_m - 0.015 * step, 0.0))
+    for step in range(11, 16):
+        drive.step(100 * step, 0.015 * step)
+    return 1500
+
+
+def test_a_robot_that_only_something_hidden_holds_up_steps_back_and_goes_on_when_nothing_is_there(drive: Drive) -> None:
+    at_ms, x_m, least_m, ways = held_up(drive, box_m=0.41), 0.225, 0.225, []
+    for stamp_ms in range(at_ms + 100, at_ms + 8000, 100):
+        order = drive.step(stamp_ms, x_m, ahead_m=0.1)
+        assert order is not None
+        x_m += 0.1 * order.left_rad_s * BODY.wheel_radius_m
+        least_m = min(least_m, x_m)
+        ways.append(drive.seat.fares().reason)
+    assert ways[0] == "something is in the way"
+    assert ways.index("stepping back to see what is in the way") == pytest.approx(10 * HELD_S, abs=2)
+    assert 0.225 - least_m == pytest.approx(BACK_M, abs=0.05)
+    assert ways[-1] == ""
+    assert x_m > 0.41
+
+
+def test_it_steps_back_towards_nobody(drive: Drive) -> None:
+    at_ms, place = held_up(drive, box_m=0.41), Pose2(0.225, 0.0, 0.0)
+    for stamp_ms in range(at_ms + 100, at_ms + 5000, 100):
+        drive.roll(stamp_ms, place.x_m)
+        drive.look(stamp_ms)
+        others = {"r1": place, "r2": Pose2(place.x_m - 0.2, 0.0, 0.0)}
+        poses = (
+            RobotPose(robot=name, arena_from_body=pose_tuple(pose), covariance=(0.0,) * 6, predicted=False) for name, pose in others.items()
+        )
+        drive.seat.locate(Poses(seq=0, stamp_ns=stamp_ms * MS, robots=tuple(poses)))
+        drive.hear(stamp_ms, place.x_m + 0.1)
+        assert stands(drive.seat.order())
+
+
+def test_it_does_not_step_back_without_a_setpoint(drive: Drive) -> None:
+    at_ms = held_up(drive, box_m=0.41)
+    for stamp_ms in range(at_ms + 100, at_ms + 2000, 100):
+        drive.step(stamp_ms, 0.225, ahead_m=0.1)
+    assert drive.seat.fares().drive == "blocked"
+    for stamp_ms in range(at_ms + 2000, at_ms + 5000, 100):
+        drive.roll(stamp_ms, 0.225)
+        drive.look(stamp_ms)
+        drive.locate(stamp_ms, Pose2(0.225, 0.0, 0.0))
+        drive.hear(stamp_ms, 0.325, robot="r2")
+        assert stands(drive.seat.order())
 
 
 @pytest.mark.parametrize("dropped", [False, True])
