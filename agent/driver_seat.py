@@ -177,7 +177,8 @@ class DriverSeat:
         return checked(wanted, seen, self._keeping).blocked
 
     def _stand(self, pose_ns: int, reason: str) -> Decision:
-        self._now_done = _Done(pose_ns, STANDING, self._done_before(pose_ns).hold)
+        self._done_before(pose_ns)
+        self._now_done = _Done(pose_ns, STANDING, Hold())
         return Decision(STANDING, "standing", f"{reason}: standing")
 
     def _done_before(self, pose_ns: int) -> _Done:

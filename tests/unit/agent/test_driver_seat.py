@@ -237,17 +237,19 @@ def test_it_steps_back_towards_nobody(drive: Drive) -> None:
         assert stands(drive.seat.order())
 
 
-def test_it_does_not_step_back_without_a_setpoint(drive: Drive) -> None:
+def test_it_does_not_step_back_without_a_setpoint_and_begins_to_wait_anew_with_the_next(drive: Drive) -> None:
     at_ms = held_up(drive, box_m=0.41)
-    for stamp_ms in range(at_ms + 100, at_ms + 2000, 100):
+    for stamp_ms in range(at_ms + 100, at_ms + 2300, 100):
         drive.step(stamp_ms, 0.225, ahead_m=0.1)
-    assert drive.seat.fares().drive == "blocked"
-    for stamp_ms in range(at_ms + 2000, at_ms + 5000, 100):
+    assert drive.seat.fares().reason == "stepping back to see what is in the way"
+    for stamp_ms in range(at_ms + 2300, at_ms + 3000, 100):
         drive.roll(stamp_ms, 0.225)
         drive.look(stamp_ms)
         drive.locate(stamp_ms, Pose2(0.225, 0.0, 0.0))
         drive.hear(stamp_ms, 0.325, robot="r2")
         assert stands(drive.seat.order())
+    assert stands(drive.step(at_ms + 3000, 0.225, ahead_m=0.1))
+    assert drive.seat.fares().drive == "blocked"
 
 
 @pytest.mark.parametrize("dropped", [False, True])
