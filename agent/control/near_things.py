@@ -106,6 +106,9 @@ class NearThings:
     def _hidden(self, seen: KnownBorders, odom_from_body: Pose2, hidden_range_m: float, stamp_ns: int) -> KnownBorders:
         """Return what is known and cannot be seen from here, and is not too old."""
         known = self._known.select(stamp_ns <= self._known.until_ns())
+        known = known._replace(
+            moving=known.moving & (stamp_ns - known.seen_ns <= 1e9 * AT_REST_S)
+        )  # later nothing tells that it still does
         body_from_odom = odom_from_body.inverse()
         is_hidden = norms(body_from_odom.apply(known.points_m)) < hidden_range_m
         known = known.select(is_hidden | (~known.moving & within(known.points_m, known.points_m[is_hidden & ~known.moving], ONE_THING_M)))

@@ -143,6 +143,14 @@ def test_what_has_moved_is_taken_to_move_for_a_while(rest_s: float, moves: bool)
     assert (near.around(Pose2.identity()).moving == moves).all()
 
 
+def test_what_is_hidden_is_taken_to_stand_after_a_while() -> None:
+    near = NearThings(RADIUS_M)
+    near.see(local_map(0, [region(SMALL, "moving")]))
+    for stamp_ms, moves in ((round(1e3 * AT_REST_S), True), (round(1e3 * AT_REST_S) + 1, False)):
+        near.see(local_map(stamp_ms, odom_from_body=Pose2(0.1, 0.0, 0.0)))
+        assert (near.around(Pose2(0.1, 0.0, 0.0)).moving == moves).all()
+
+
 def test_a_robot_that_touches_a_thing_does_not_make_all_of_it_move() -> None:
     near = NearThings(RADIUS_M)
     thing = region(box(AHEAD_M, 0.0, 0.2, 0.6))
