@@ -25,7 +25,7 @@ class Hold(NamedTuple):
 
     place: Pose2 = Pose2.identity()  # [odom]
     held_s: float = 0.0
-    has_looked: bool = False
+    has_looked: bool = False  # from farther back; where somebody stood behind it, it soon tries again
     back_s: float | None = None  # for how long it has been stepping back; None: it is not
 
     @property
@@ -38,7 +38,7 @@ class Hold(NamedTuple):
         away_m = math.dist(self.place[:2], odom_from_body[:2])
         if self.back_s is not None:
             is_over = blocked or away_m >= BACK_M or self.back_s >= BACK_S
-            return Hold(self.place, has_looked=True) if is_over else self._replace(back_s=self.back_s + elapsed_s)
+            return Hold(self.place, has_looked=away_m > STILL_M) if is_over else self._replace(back_s=self.back_s + elapsed_s)
         if away_m > (LEFT_M if self.has_looked else STILL_M):
             return Hold(odom_from_body)
         held_s = self.held_s + (elapsed_s if held else 0.0)

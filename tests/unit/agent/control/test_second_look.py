@@ -54,7 +54,7 @@ def test_one_that_gets_on_or_is_not_held_does_not() -> None:
 
 
 @pytest.mark.parametrize(
-    ("away_m", "blocked", "is_over"), [(BACK_M + 0.001, False, True), (0.0, True, True), (BACK_M - 0.01, False, False)]
+    ("away_m", "blocked", "is_over"), [(BACK_M + 0.001, False, True), (0.05, True, True), (BACK_M - 0.01, False, False)]
 )
 def test_it_steps_back_far_enough_or_until_something_is_behind_it(away_m: float, blocked: bool, is_over: bool) -> None:
     hold = stepping().after(TICK_S, HERE @ Pose2(-away_m, 0.0, 0.0), blocked=blocked, held=False)
@@ -62,16 +62,20 @@ def test_it_steps_back_far_enough_or_until_something_is_behind_it(away_m: float,
     assert hold.has_looked == is_over
 
 
+def test_one_that_could_not_step_back_soon_tries_again() -> None:
+    assert held_for_s(stepping().after(TICK_S, HERE, blocked=True, held=False), 60.0) == pytest.approx(HELD_S)
+
+
 def test_it_does_not_try_for_ever() -> None:
     hold = stepping()
     for _ in range(round(BACK_S / TICK_S) + 2):
-        hold = hold.after(TICK_S, HERE, blocked=False, held=False)
+        hold = hold.after(TICK_S, HERE @ Pose2(-0.05, 0.0, 0.0), blocked=False, held=False)
     assert hold.has_looked
     assert not hold.steps_back
 
 
 def test_at_the_same_place_it_looks_again_only_after_long() -> None:
-    looked = stepping().after(TICK_S, HERE, blocked=True, held=False)
+    looked = stepping().after(TICK_S, HERE @ Pose2(-0.05, 0.0, 0.0), blocked=True, held=False)
     assert held_for_s(looked, 60.0) == pytest.approx(AGAIN_S)
     near = looked.after(TICK_S, HERE @ Pose2(0.9 * LEFT_M, 0.0, 0.0), blocked=False, held=False)
     assert near.has_looked
