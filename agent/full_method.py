@@ -14,8 +14,9 @@ from agent.pipeline import StageTimer, Step
 from agent.reports import Frame, Surroundings, local_map, motion_summary
 from agent.rig import Body, Calibration
 from agent.slam.corner_follower import CornerFollower
-from agent.slam.ego_motion import EgoMotion
+from agent.slam.ego_motion import EgoMotion, Motion
 from agent.slam.floor_memory import FloorMemory
+from agent.slam.landmarks import Landmarks, Recognition
 from agent.slam.odometry import WheelNoise
 from agent.slam.regions import describe
 from agent.slam.robot_watch import RobotWatch
@@ -55,6 +56,7 @@ class FullMethod:
         self._colours: FloorColours | None = None
         self._ego = EgoMotion(optics.patch, optics.shutter, self._rig.wheels, WheelNoise())
         self._corners = CornerFollower(optics.view, optics.projection, optics.view.scale / float(np.mean(calibration.focal_px)))
+        self._landmarks = Landmarks(optics.patch.reach_m)
         self._memory = FloorMemory(optics.patch, optics.view.body_range_m, body.body_radius_m, optics.eye_m)
         self._watch = RobotWatch(optics.fitter, body.body_radius_m, optics.eye_m)
         self._last: tuple[Picture, Mask] | None = None  # grey camera picture, and what is not floor in the view
@@ -83,6 +85,8 @@ class FullMethod:
             floor = self._optics.patch.sample(grey)
             motion = self._ego.advance(wheels, self._optics.patch.texture(floor), bare)
             self._last = grey, mask
+        with stage("landmarks"):
+            recognition = self._recognise_place(stamp_ns, motion)
         with stage("vectors"):
             vectors, kept = self._corners.follow(small, motion.odom_from_body)
         with stage("labels"):
@@ -101,7 +105,7 @@ class FullMethod:
             robots = self._watch.look(grey, motion.odom_from_body, tall, self._shown_in(mask))
         with stage("report"):
             self._show = partial(make_view, stamp_ns, picture, mask, self._optics.view, (vectors, kept), regions, robots)
-            seen = Surroundings(FLOOR_RANGE_IN_HEIGHTS * self._optics.height_m, regions, robots)
+            seen = Surroundings(FLOOR_RANGE_IN_HEIGHTS * self._optics.height_m, regions, robots, recognition)
             reported = local_map(frame, motion, seen, self._optics.view.body_range_m, self._optics.height_m)
             return Step(reported, motion_summary(frame, vectors, kept))
 
@@ -114,6 +118,14 @@ class FullMethod:
     def rig(self) -> tuple[RigValue, ...]:
         """The rig as it was found to be."""
         return self._rig.values()
+
+    def _recognise_place(self, stamp_ns: int, motion: Motion) -> Recognition | None:
+        """Go on in the map of the floor; return the place that is recognised there, and enter the newest keyframe if it has one."""
+        self._landmarks.move(motion)
+        recognition = None if self._ego.glance is None else self._landmarks.look(self._ego.glance)
+        if self._ego.begun is not None:
+            self._landmarks.enter(stamp_ns, self._ego.begun)
+        return recognition
 
     def _learn_rig(self, grey: Picture) -> None:
         """Learn what the newest picture and the last pair tell of the rig; where that contradicts the rig in use, change it."""
@@ -132,6 +144,7 @@ class FullMethod:
             grey, mask = self._last
             bare = optics.patch.bare(mask, FLOOR_MARGIN_IN_HEIGHTS * optics.height_m)
             self._ego.look_back(optics.patch.texture(optics.patch.sample(grey)), bare)
+        self._landmarks = Landmarks(optics.patch.reach_m)  # with the wrong rig, floor lies elsewhere
         self._corners.refit(optics.view, optics.projection)
         self._memory = FloorMemory(optics.patch, optics.view.body_range_m, self._body.body_radius_m, optics.eye_m)
         self._watch.refit(optics.fitter, optics.eye_m)
@@ -139,6 +152,7 @@ class FullMethod:
     def _blind_step(self, frame: Frame, wheels: WheelState) -> Step:
         """Take one step without a picture: the wheels alone, and nothing seen."""
         motion = self._ego.advance_blind(wheels)
+        self._landmarks.move(motion)
         self._corners.forget()
         vectors, kept = no_vectors()
         reported = local_map(frame, motion, None, self._optics.view.body_range_m, self._optics.height_m)

@@ -9,12 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from agent.slam.ego_motion import Motion
+from agent.slam.landmarks import Recognition
 from agent.slam.regions import SeenRegion
 from agent.vision.motion_vectors import MotionVectors as Vectors
 from agent.vision.robot_fit import RobotFit
 from protocol.fields import Packed, covariance_tuple, pose_tuple
 from protocol.geometry import Array
-from protocol.messages import Identity, LocalMap, MotionVectors, Region, Sighting
+from protocol.messages import Identity, LocalMap, MotionVectors, Region, Revisit, Sighting
 
 MOST_OUTLINE_POINTS = 500  # of all regions together, so that a local map and its vectors stay under 4 kB
 FINEST_M, COARSER = 0.002, 1.6  # outlines are simplified to this tolerance, and further in such steps where they are too long
@@ -33,11 +34,12 @@ class Frame:
 
 @dataclass(frozen=True)
 class Surroundings:
-    """What the floor around the robot looked like: how far it was judged, and what was found on it."""
+    """What the floor around the robot looked like: how far it was judged, what was found on it, and whether it was recognised."""
 
     floor_range_m: float
     regions: list[SeenRegion]
     robots: list[RobotFit]
+    recognition: Recognition | None = None
 
 
 def local_map(frame: Frame, motion: Motion, seen: Surroundings | None, body_range_m: float, camera_height_m: float) -> LocalMap:
@@ -57,6 +59,7 @@ def local_map(frame: Frame, motion: Motion, seen: Surroundings | None, body_rang
         camera_height_m=camera_height_m,
         regions=tuple(_region(region, outline) for region, outline in zip(regions, _fitting_outlines(regions), strict=True)),
         sightings=() if seen is None else tuple(_sighting(robot) for robot in seen.robots),
+        revisits=() if seen is None or seen.recognition is None else (_revisit(seen.recognition),),
     )
 
 
@@ -102,6 +105,14 @@ def _region(region: SeenRegion, outline: Array) -> Region:
         outline=Packed.of_metres(outline),
         centre=Packed.of_metres(region.centre_m[None]),
         height_m=region.height_m,
+    )
+
+
+def _revisit(recognition: Recognition) -> Revisit:
+    return Revisit(
+        stamp_ns=recognition.stamp_ns,
+        then_from_body=pose_tuple(recognition.then_from_body),
+        covariance=covariance_tuple(recognition.covariance),
     )
 
 

@@ -41,6 +41,7 @@ class Variant:
     name: str
     make: Callable[[RecordedRobot], Pipeline]
     has_pictures: bool = True
+    has_landmarks: bool = True  # places recognised by their floor
     has_sightings: bool = True  # of other robots
 
 
@@ -49,7 +50,8 @@ def variants() -> tuple[Variant, ...]:
     return (
         Variant("wheels only", _as_drawn, has_pictures=False),
         Variant("the paper's method", partial(_by, "paper")),
-        Variant("floor motion only", _as_drawn, has_sightings=False),
+        Variant("floor motion only", _as_drawn, has_landmarks=False, has_sightings=False),
+        Variant("plus landmarks", _as_drawn, has_sightings=False),
         Variant("plus other robots", _as_drawn),
         Variant("plus self-calibration", partial(_by, "full")),
     )
@@ -96,7 +98,8 @@ class _Robot:
         frame = captured(stored_frame(step.stamp_ns, step.pictures[self._robot.name]), self._size_px)
         wheels = self._wheels.state_at(step.stamp_ns + round(1e9 * self._pipeline.wheel_lag_s))
         seen = self._pipeline.step(step.stamp_ns, frame.picture if self._row.has_pictures else None, wheels).local_map
-        return seen if self._row.has_sightings else seen.model_copy(update={"sightings": ()})
+        kept = {"revisits": self._row.has_landmarks, "sightings": self._row.has_sightings}
+        return seen.model_copy(update={name: () for name, is_kept in kept.items() if not is_kept})
 
 
 def _body(robot: RecordedRobot) -> Body:

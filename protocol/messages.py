@@ -65,6 +65,14 @@ class Region(Message):
     height_m: FiniteFloat | None  # of its top, where parallax has told it
 
 
+class Revisit(Message):
+    """A place where the robot has been before, recognised by its floor: where it is, as seen from where it was then."""
+
+    stamp_ns: StampNs  # capture time of the earlier frame, of the same epoch
+    then_from_body: PoseTuple
+    covariance: PoseCovariance
+
+
 class LocalMap(Message):
     """What one robot knows after one frame: its motion, what stands on the floor around it, and whom it saw.
 
@@ -84,6 +92,7 @@ class LocalMap(Message):
     camera_height_m: Annotated[FiniteFloat, Field(gt=0.0)]
     regions: Annotated[tuple[Region, ...], Field(max_length=64)]
     sightings: Annotated[tuple[Sighting, ...], Field(max_length=64)]
+    revisits: Annotated[tuple[Revisit, ...], Field(max_length=4)] = ()
 
 
 class MotionVectors(Message):

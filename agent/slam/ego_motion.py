@@ -52,6 +52,8 @@ class EgoMotion:
         self._odom_from_keyframe = Pose2.identity()
         self._odom_from_body = Pose2.identity()
         self.pair: Pair | None = None  # of the last step, where the floor told the motion
+        self.glance: Glance | None = None  # of the last step, if that had a picture
+        self.begun: Keyframe | None = None  # with the last step's picture
 
     def refit(self, patch: FloorPatch, shutter: RollingShutter, wheels: WheelGeometry, later_s: float) -> None:
         """Go on with a rig that is known better, and whose wheels are read for a moment that is later by so much."""
@@ -75,13 +77,14 @@ class EgoMotion:
     def advance_blind(self, wheels: WheelState) -> Motion:
         """Take one step without a picture."""
         motion, covariance = self.predict(wheels)
-        self.pair = None
+        self.pair, self.glance, self.begun = None, None, None
         return self._accept(wheels, self._odom_from_body @ motion, covariance, from_floor=False)
 
     def advance(self, wheels: WheelState, cells: Field, bare: NDArray[np.bool_]) -> Motion:
         """Take one step with the newest floor patch, (size, size), and where it shows bare floor."""
         wheel_motion, wheel_covariance = self.predict(wheels)
         glance = self._glance(wheels, cells, bare)
+        self.glance, self.begun = glance, None
         predicted = self._odom_from_keyframe.between(self._odom_from_body @ wheel_motion)
         found = None if self._keyframe is None else align(self._keyframe, glance, predicted, wheel_covariance)
         if self._keyframe is None or found is None:
@@ -92,6 +95,7 @@ class EgoMotion:
             self.pair = Pair(self._keyframe, glance, found.keyframe_from_body, WheelPath.through(self._since_keyframe, self._wheels))
         if found is None or found.correlation < WEAK_CORRELATION or self._left_keyframe():
             self._begin_keyframe(glance)
+            self.begun = self._keyframe
         return motion
 
     def _glance(self, wheels: WheelState, cells: Field, bare: NDArray[np.bool_]) -> Glance:

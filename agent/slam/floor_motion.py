@@ -92,7 +92,7 @@ def align(keyframe: Keyframe, glance: Glance, predicted: Pose2, prediction_covar
 
     None where the patches do not agree: too dark, too fast, or another floor.
     """
-    coarse = replace(glance, cells=_smooth(glance.cells))
+    coarse = smoothed(glance)
     information = np.asarray(np.linalg.inv(prediction_covariance), dtype=np.float64)
     found = _refine(keyframe, glance, coarse, [predicted], predicted, information)
     if found is None:
@@ -110,13 +110,18 @@ def _refine(
     information: Array,
 ) -> Alignment | None:
     """Return the fine alignment from the best coarse one over all starts; None where none shows the same floor."""
-    coarse = [_descend(keyframe.coarse, coarse_glance, start, predicted, information) for start in starts]
+    coarse = [descend(keyframe.coarse, coarse_glance, start, predicted, information) for start in starts]
     found = [alignment for alignment in coarse if alignment is not None]
     if not found:
         return None
     best = max(found, key=lambda alignment: alignment.correlation)
-    fine = _descend(keyframe.fine, glance, best.keyframe_from_body, predicted, information)
+    fine = descend(keyframe.fine, glance, best.keyframe_from_body, predicted, information)
     return fine if fine is not None and fine.correlation > LEAST_CORRELATION else None
+
+
+def smoothed(glance: Glance) -> Glance:
+    """Return a glance as the coarse texture of a keyframe is to be compared with."""
+    return replace(glance, cells=_smooth(glance.cells))
 
 
 def _smooth(cells: Field) -> Field:
@@ -154,8 +159,11 @@ def _steepest_of_blocks(steepness: Field, count: int) -> NDArray[np.intp]:
     return np.asarray(places[np.argpartition(-left, count)[:count]] if len(left) > count else places, np.intp)
 
 
-def _descend(texture: Texture, glance: Glance, start: Pose2, predicted: Pose2, information: Array) -> Alignment | None:
-    """Iterate from `start` until the motion settles; None where too few points stay in view."""
+def descend(texture: Texture, glance: Glance, start: Pose2, predicted: Pose2, information: Array) -> Alignment | None:
+    """Iterate from `start` until the motion settles, held to `predicted` by `information`, (3, 3) [body].
+
+    None where too few points stay in view.
+    """
     pose = start
     visible = glance.bare.astype(np.float32)
     for _ in range(MAX_ROUNDS):

@@ -1,4 +1,4 @@
-"""The swarm's pose graph: every robot's path in the arena by iSAM2, from odometry and from robots seeing each other.
+"""The swarm's pose graph: every robot's path in the arena by iSAM2, from odometry, places recognised and robots seeing each other.
 
 Variables are Pose2, one for each robot and local map, and Point2, one for each landmark that somebody sees and names.
 Kaess et al., "iSAM2: Incremental smoothing and mapping using the Bayes tree", IJRR 2012.
@@ -25,14 +25,14 @@ from mapserver.mapping.odometry import LEAST_MOTION_VARIANCE, STANDING, Chain, i
 from mapserver.mapping.sighting_noise import SightingLedger
 from protocol.fields import covariance_matrix
 from protocol.geometry import Array, Pose2
-from protocol.messages import LocalMap, Sighting
+from protocol.messages import LocalMap, Revisit, Sighting
 
 START_SIGMA = 1e-4  # [m or rad]: what a configured sigma of 0 means
 FOUND_SIGMA = np.array([0.02, 0.02, 0.05])  # a robot whose place is known so well need not be searched for [m, m, rad; body]
 SEARCH_NS = 5_000_000_000  # nobody is searched for longer: where nobody sees it, its last pose is the best there is
 MOST_GAP_S = 0.3  # between two poses on a path that goes on
 MAX_STAMP_GAP_S = 0.06  # between a sighting and the nearest pose of the robot that it shows
-CAUCHY_SCALE = 2.0  # whitened residual at which a sighting loses half its weight
+CAUCHY_SCALE = 2.0  # whitened residual at which a sighting, or a place recognised, loses half its weight
 _KEYS_PER_ROBOT_BITS = 40
 _FIRST_LANDMARK_KEY = 1 << 62  # beyond all robots'
 
@@ -131,6 +131,8 @@ class PoseGraph:
             self._extend(track, track.last, local_map)
         track.last = local_map
         self._values.insert(track.newest_key(), _to_gtsam(track.belief.arena_from_body))
+        for revisit in local_map.revisits:
+            self._tie_revisit(track, revisit)
 
     def see(self, local_map: LocalMap, target: str, sighting: Sighting) -> None:
         """Tie an added local map's pose to the target's pose of (nearly) the same stamp; who has none, or no place, ties nothing."""
@@ -142,7 +144,7 @@ class PoseGraph:
         if covariance is None:
             return
         covariance = covariance + _motion_within(seen.gap_s, self._tracks[target].twist, sighting.range_m)
-        bearing, noise = gtsam.Rot2(sighting.bearing_rad), _robust(covariance)
+        bearing, noise = gtsam.Rot2(sighting.bearing_rad), _robust_sighting(covariance)
         self._factors.add(gtsam.BearingRangeFactorPose2(observer.key, seen.key, bearing, sighting.range_m, noise))
 
     def see_landmark(self, local_map: LocalMap, sighting: Sighting) -> None:
@@ -160,7 +162,7 @@ class PoseGraph:
             (local_map.robot, f"landmark {name}"), pose, Pose2(float(place[0]), float(place[1]), 0.0), sighting
         )
         if covariance is not None:
-            bearing, noise = gtsam.Rot2(sighting.bearing_rad), _robust(covariance)
+            bearing, noise = gtsam.Rot2(sighting.bearing_rad), _robust_sighting(covariance)
             self._factors.add(gtsam.BearingRangeFactor2D(observer.key, key, bearing, sighting.range_m, noise))
 
     def place(self, robot: str, stamp_ns: int, found: Belief) -> None:
@@ -281,6 +283,15 @@ class PoseGraph:
         key = track.newest_key()
         self._factors.add(gtsam.BetweenFactorPose2(key - 1, key, _to_gtsam(twist.body_from_next), noise))
 
+    def _tie_revisit(self, track: _Track, revisit: Revisit) -> None:
+        """Tie the newest of a track's variables to the one of an earlier stamp, if there is one: its local map may have been lost."""
+        then = _Node.of(track, revisit.stamp_ns)
+        if then is None or then.gap_s > 0.0 or then.key == track.newest_key():
+            return
+        covariance = made_definite(covariance_matrix(revisit.covariance), LEAST_MOTION_VARIANCE)
+        between = _to_gtsam(Pose2(*revisit.then_from_body))
+        self._factors.add(gtsam.BetweenFactorPose2(then.key, track.newest_key(), between, _robust(covariance)))
+
     def _node(self, robot: str, stamp_ns: int) -> _Node | None:
         return _Node.of(self._tracks[robot], stamp_ns) if self.has_place(robot) else None
 
@@ -304,10 +315,15 @@ def _motion_within(gap_s: float, twist: Twist | None, range_m: float) -> Array:
     return np.diag([variance, variance / range_m**2])
 
 
-def _robust(covariance: Array) -> gtsam.noiseModel.Robust:
+def _robust_sighting(covariance: Array) -> gtsam.noiseModel.Robust:
     """Return the noise of a sighting with this covariance of (range, bearing), shape (2, 2); GTSAM's order is (bearing, range)."""
+    return _robust(covariance[::-1, ::-1])
+
+
+def _robust(covariance: Array) -> gtsam.noiseModel.Robust:
+    """Return the noise of what may be wrong altogether, with this covariance where it is not."""
     loss = gtsam.noiseModel.mEstimator.Cauchy.Create(CAUCHY_SCALE)
-    return gtsam.noiseModel.Robust.Create(loss, gtsam.noiseModel.Gaussian.Covariance(covariance[::-1, ::-1]))
+    return gtsam.noiseModel.Robust.Create(loss, gtsam.noiseModel.Gaussian.Covariance(covariance))
 
 
 def _to_gtsam(pose: Pose2) -> gtsam.Pose2:

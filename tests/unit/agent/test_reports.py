@@ -7,6 +7,7 @@ import pytest
 
 from agent.reports import Frame, Surroundings, local_map, motion_summary
 from agent.slam.ego_motion import Motion
+from agent.slam.landmarks import Recognition
 from agent.slam.region_labels import LAST_LABEL
 from agent.slam.regions import SeenRegion
 from agent.vision.hull import centre_of_polygon
@@ -24,6 +25,7 @@ FRAME = Frame("r12-with-a-rather-long-name-1234", 2**40, 2**31, 1_763_770_000_12
 COVARIANCE = np.array([[4.0, 1.0, 0.5], [1.0, 9.0, 0.2], [0.5, 0.2, 1.0]]) * 1e-6
 MOTION = Motion(Pose2(1.25, -2.5, 0.75), Pose2(0.05, 0.01, 0.125), COVARIANCE, from_floor=True)
 BODY_RANGE_M, CAMERA_HEIGHT_M, FLOOR_RANGE_M = 0.11, 0.5, 1.7
+RECOGNITION = Recognition(1_763_770_000_000_000_001, Pose2(0.125, -0.25, 3.0), COVARIANCE)
 NEIGHBOURS = 7  # of a swarm of eight, all in view
 
 
@@ -35,8 +37,8 @@ def robot(x_m: float, y_m: float, covariance: Array) -> RobotFit:
     return RobotFit(np.array([x_m, y_m]), covariance, support=1.0, misfit_px=0.1)
 
 
-def reported(regions: list[SeenRegion], robots: list[RobotFit]) -> LocalMap:
-    return local_map(FRAME, MOTION, Surroundings(FLOOR_RANGE_M, regions, robots), BODY_RANGE_M, CAMERA_HEIGHT_M)
+def reported(regions: list[SeenRegion], robots: list[RobotFit], recognition: Recognition | None = None) -> LocalMap:
+    return local_map(FRAME, MOTION, Surroundings(FLOOR_RANGE_M, regions, robots, recognition), BODY_RANGE_M, CAMERA_HEIGHT_M)
 
 
 def jagged(index: int) -> Array:
@@ -56,7 +58,7 @@ def test_the_most_complicated_scene_stays_under_4_kilobytes() -> None:
     regions = [region(jagged(index), LAST_LABEL - index) for index in range(MOST_REGIONS)]
     robots = [robot(math.cos(index), math.sin(index), 1e-6 * np.eye(2)) for index in range(NEIGHBOURS)]
     vectors = vectors_on([LAST_LABEL - index for index in range(MOST_REGIONS) for _ in range(20)])
-    seen = reported(regions, robots)
+    seen = reported(regions, robots, RECOGNITION)
     summary = encode(motion_summary(FRAME, vectors, np.ones(len(vectors), np.bool_)))
     assert len(seen.regions) == MOST_REGIONS
     assert len(encode(seen)) + len(summary) < 4000
@@ -98,8 +100,15 @@ def test_frame_motion_and_ranges_are_told() -> None:
 
 def test_a_dropped_picture_tells_the_motion_and_vouches_for_no_floor() -> None:
     told = local_map(FRAME, MOTION, None, BODY_RANGE_M, CAMERA_HEIGHT_M)
-    assert (told.picture, told.floor_range_m, told.regions, told.sightings) == ("dropped", 0.0, (), ())
+    assert (told.picture, told.floor_range_m, told.regions, told.sightings, told.revisits) == ("dropped", 0.0, (), (), ())
     assert told.previous_from_body == (0.05, 0.01, 0.125)
+
+
+def test_a_place_recognised_is_told_beside_the_frame_in_which_it_was_seen_first() -> None:
+    (told,) = reported([], [], RECOGNITION).revisits
+    assert (told.stamp_ns, told.then_from_body) == (RECOGNITION.stamp_ns, (0.125, -0.25, 3.0))
+    assert covariance_matrix(told.covariance) == pytest.approx(COVARIANCE)
+    assert reported([], []).revisits == ()
 
 
 def test_a_sighting_carries_its_covariance_to_range_and_bearing() -> None:

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from protocol.fields import Packed
-from protocol.messages import Identity, LocalMap, MotionVectors, Region, Sighting
+from protocol.messages import Identity, LocalMap, MotionVectors, Region, Revisit, Sighting
 
 STAMP_NS = 1_700_000_000_123_456_789
 
 
-def local_map(robot: str = "robot-12", seq: int = 1200, regions: int = 10, points: int = 20, sightings: int = 2) -> LocalMap:
+def local_map(robot: str = "robot-12", seq: int = 1200, regions: int = 10, points: int = 20, sightings: int = 2, revisits: int = 1) -> LocalMap:
     """Return a local map with outlines of `points` points, in which no number is a round one."""
     return LocalMap(
         robot=robot,
@@ -26,7 +26,14 @@ def local_map(robot: str = "robot-12", seq: int = 1200, regions: int = 10, point
         camera_height_m=0.3141,
         regions=tuple(region(label, points) for label in range(1000, 1000 + regions)),
         sightings=tuple(sighting(number) for number in range(sightings)),
+        revisits=(revisit(),) * revisits,
     )
+
+
+def revisit() -> Revisit:
+    """Return a place recognised."""
+    covariance = (1.3e-8, 2.1e-9, -3.3e-9, 1.7e-8, 5.1e-9, 6.7e-8)
+    return Revisit(stamp_ns=STAMP_NS - 60_000_000_001, then_from_body=(0.0323456, -0.010123, 3.0123456), covariance=covariance)
 
 
 def region(label: int, points: int = 20) -> Region:
