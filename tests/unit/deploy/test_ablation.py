@@ -25,6 +25,7 @@ def test_every_part_makes_the_paths_truer_or_leaves_them_as_true() -> None:
     assert list(rows) == [row.name for row in variants()]
     assert set(done.values()) == {1.0}
     assert error_m["floor motion only"] < 0.5 * error_m["wheels only"]
+    assert error_m["plus landmarks"] < 1.05 * error_m["floor motion only"]
     assert error_m["plus other robots"] < 0.5 * error_m["floor motion only"]
     assert error_m["plus self-calibration"] < 1.2 * error_m["plus other robots"]
     assert error_m["the paper's method"] > 10.0 * error_m["plus self-calibration"]

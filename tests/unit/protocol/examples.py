@@ -10,7 +10,9 @@ from protocol.messages import Identity, LocalMap, MotionVectors, Region, Revisit
 STAMP_NS = 1_700_000_000_123_456_789
 
 
-def local_map(robot: str = "robot-12", seq: int = 1200, regions: int = 10, points: int = 20, sightings: int = 2, revisits: int = 1) -> LocalMap:
+def local_map(
+    robot: str = "robot-12", seq: int = 1200, regions: int = 10, points: int = 20, sightings: int = 2, revisits: int = 1
+) -> LocalMap:
     """Return a local map with outlines of `points` points, in which no number is a round one."""
     return LocalMap(
         robot=robot,

@@ -35,6 +35,7 @@ from protocol.messages import (
     MotionVectors,
     Poses,
     Region,
+    Revisit,
     RobotPose,
     SensorReadings,
     ServerStatus,
@@ -162,6 +163,7 @@ sightings = st.builds(
     covariance=st.tuples(numbers, numbers, numbers),
     identity=st.builds(Identity, kind=st.sampled_from(["robot", "landmark", "none"]), name=st.text(max_size=32)),
 )
+revisits = st.builds(Revisit, stamp_ns=counts, then_from_body=poses, covariance=covariances)
 local_maps = st.builds(
     LocalMap,
     robot=names,
@@ -177,6 +179,7 @@ local_maps = st.builds(
     camera_height_m=st.floats(1e-9, 1e9),
     regions=st.lists(regions, max_size=4).map(tuple),
     sightings=st.lists(sightings, max_size=4).map(tuple),
+    revisits=st.lists(revisits, max_size=4).map(tuple),
 )
 
 plain_values: st.SearchStrategy[Any] = st.recursive(
