@@ -14,7 +14,7 @@ import numpy as np
 
 from agent.slam.ego_motion import Motion
 from agent.slam.floor_motion import Alignment, Glance, Keyframe
-from agent.slam.recognition import recognise
+from agent.slam.recognition import is_findable, recognise
 from protocol.geometry import Array, Pose2, compose_covariance
 
 MOST_LANDMARKS = 200  # about 0.2 MB each
@@ -53,7 +53,8 @@ class Landmarks:
         """Begin with an empty map, for floor patches that reach so far."""
         self._range_m, self._spacing_m = RANGE_IN_REACHES * reach_m, SPACING_IN_REACHES * reach_m
         self._landmarks: list[Landmark] = []  # the one seen last at the end
-        self._map_from_body, self._covariance = Pose2.identity(), np.zeros((3, 3))
+        self._map_from_body = Pose2.identity()
+        self._covariance = self._by_floor = np.zeros((3, 3))  # of where the body is; without what the wheels have added since a keyframe
         self._keyframes = self._paused = 0
 
     def __len__(self) -> int:
@@ -66,9 +67,11 @@ class Landmarks:
         return self._map_from_body
 
     def move(self, motion: Motion) -> None:
-        """Follow the body by one step."""
-        self._map_from_body = self._map_from_body @ motion.previous_from_body
-        self._covariance = compose_covariance(self._covariance, motion.previous_from_body, motion.covariance)
+        """Follow the body by one step. Floor that agrees with an earlier keyframe takes back what blind steps since then have added."""
+        way = motion.previous_from_body
+        self._map_from_body = self._map_from_body @ way
+        self._by_floor = compose_covariance(self._by_floor, way, motion.covariance if motion.from_floor else np.zeros((3, 3)))
+        self._covariance = self._by_floor if motion.from_floor else compose_covariance(self._covariance, way, motion.covariance)
         self._paused += 1
 
     def look(self, glance: Glance) -> Recognition | None:
@@ -89,8 +92,15 @@ class Landmarks:
         return Recognition(landmark.stamp_ns, found.keyframe_from_body, found.covariance)
 
     def enter(self, stamp_ns: int, keyframe: Keyframe) -> None:
-        """Enter the keyframe of the newest picture, unless the place is known; the landmark seen longest ago makes room."""
+        """Enter the keyframe of the newest picture, unless the place is known; the landmark seen longest ago makes room.
+
+        Who may be anywhere, since the wheels alone have led here, begins a new map.
+        """
         self._keyframes += 1
+        if not is_findable(self._covariance):
+            self._landmarks.clear()
+            self._covariance = np.zeros((3, 3))
+        self._by_floor = self._covariance
         if self._near(self._spacing_m):
             return
         self._landmarks.append(Landmark(stamp_ns, keyframe, self._map_from_body, self._covariance, self._keyframes))
@@ -103,7 +113,8 @@ class Landmarks:
         self._landmarks.append(landmark)
         covariance = compose_covariance(landmark.covariance, found.keyframe_from_body, found.covariance)
         if np.trace(covariance) < np.trace(self._covariance):  # a millimetre is as bad as a milliradian
-            self._map_from_body, self._covariance = landmark.map_from_body @ found.keyframe_from_body, covariance
+            self._map_from_body = landmark.map_from_body @ found.keyframe_from_body
+            self._covariance = self._by_floor = covariance
 
     def _doubt(self, landmark: Landmark) -> None:
         landmark.failures += 1

@@ -9,6 +9,7 @@ from __future__ import annotations
 from itertools import product
 
 import numpy as np
+from numpy.typing import NDArray
 
 from agent.slam.floor_motion import Alignment, Glance, Keyframe, descend, smoothed
 from protocol.geometry import Array, Pose2
@@ -41,13 +42,22 @@ def recognise(keyframe: Keyframe, glance: Glance, predicted: Pose2, covariance: 
     return None if any(rival.correlation > RIVAL_SHARE * found[0].correlation for rival in rivals) else found[0]
 
 
+def is_findable(covariance: Array) -> bool:
+    """Tell whether a robot whose place is known so well, (3, 3) [m, m, rad; body], can be looked for."""
+    return bool(np.prod(2 * _steps(covariance) + 1) <= MOST_STARTS)
+
+
+def _steps(covariance: Array) -> NDArray[np.int64]:
+    """Return how many starts are needed to either side, (3,) along x, y and theta."""
+    reach = REACH_SIGMAS * np.sqrt(np.diag(covariance))
+    return np.maximum(np.ceil((reach - 0.5 * START_SPACING) / START_SPACING), 0.0).astype(np.int64)
+
+
 def _starts(predicted: Pose2, covariance: Array) -> list[Pose2]:
     """Return poses about the predicted one from which every place within reach is found; none where that takes too many."""
-    reach = REACH_SIGMAS * np.sqrt(np.diag(covariance))
-    steps = np.maximum(np.ceil((reach - 0.5 * START_SPACING) / START_SPACING), 0.0).astype(int)
-    if np.prod(2 * steps + 1) > MOST_STARTS:
+    if not is_findable(covariance):
         return []
-    offsets = product(*(np.arange(-count, count + 1) * spacing for count, spacing in zip(steps, START_SPACING, strict=True)))
+    offsets = product(*(np.arange(-count, count + 1) * spacing for count, spacing in zip(_steps(covariance), START_SPACING, strict=True)))
     return [predicted @ Pose2(*map(float, offset)) for offset in offsets]
 
 

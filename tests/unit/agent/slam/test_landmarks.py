@@ -107,10 +107,33 @@ def test_a_floor_that_has_changed_is_forgotten_and_entered_anew() -> None:
     assert len(landmarks) == 1
 
 
+def test_blind_steps_are_forgiven_once_the_floor_agrees_with_an_earlier_keyframe() -> None:
+    landmarks = Landmarks(PATCH.reach_m)
+    landmarks.enter(0, keyframe(0, 0, "concrete"))
+    for _ in range(10):
+        landmarks.move(Motion(Pose2.identity(), Pose2.identity(), 0.02**2 * np.eye(3), from_floor=False))
+    landmarks.move(moved(Pose2.identity()))
+    for stamp_ns in range(1, AWAY_KEYFRAMES + 1):
+        landmarks.enter(stamp_ns, keyframe(0, 1, "concrete"))
+    assert landmarks.look(glance(0, 1, "concrete")) is not None
+    assert len(landmarks) == 1
+
+
+def test_who_came_far_by_wheels_alone_begins_a_new_map() -> None:
+    landmarks = Landmarks(PATCH.reach_m)
+    for place in range(2):
+        landmarks.move(moved(STEP))
+        landmarks.enter(place, keyframe(place, 0, "concrete"))
+    assert len(landmarks) == 2
+    landmarks.move(Motion(STEP, STEP, 0.1**2 * np.eye(3), from_floor=False))
+    landmarks.enter(2, keyframe(2, 0, "concrete"))
+    assert len(landmarks) == 1
+
+
 @pytest.mark.parametrize("ways", [2 * MOST_LANDMARKS])
 def test_a_way_without_end_fills_no_more_than_the_bound(ways: int) -> None:
     landmarks = Landmarks(PATCH.reach_m)
     for stamp_ns in range(ways):
-        landmarks.move(moved(Pose2(0.3, 0.0, 0.0)))
+        landmarks.move(moved(Pose2(0.3, 0.0, 0.0), sigma=1e-5))
         landmarks.enter(stamp_ns, keyframe(0, 0, "concrete"))
     assert len(landmarks) == MOST_LANDMARKS
