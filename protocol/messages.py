@@ -28,7 +28,7 @@ from protocol.fields import (
     packed_as,
 )
 
-PROTOCOL_VERSION = 4
+PROTOCOL_VERSION = 5
 
 UNKNOWN, FREE, OCCUPIED = 0, 1, 2  # a cell of the map
 
