@@ -50,7 +50,7 @@ def is_findable(covariance: Array) -> bool:
 def _steps(covariance: Array) -> NDArray[np.int64]:
     """Return how many starts are needed to either side, (3,) along x, y and theta."""
     reach = REACH_SIGMAS * np.sqrt(np.diag(covariance))
-    return np.maximum(np.ceil((reach - 0.5 * START_SPACING) / START_SPACING), 0.0).astype(np.int64)
+    return np.asarray(np.maximum(np.ceil((reach - 0.5 * START_SPACING) / START_SPACING), 0.0), np.int64)
 
 
 def _starts(predicted: Pose2, covariance: Array) -> list[Pose2]:

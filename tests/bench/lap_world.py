@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from protocol.fields import pose_tuple
 from protocol.geometry import Array, Pose2
 from sim.eyes import eyes_of
 from sim.scenario import ArenaTable, BoxTable, CylinderTable, Scenario
@@ -49,14 +50,14 @@ def lap_scenario(floor: FloorKind, seed: int) -> Scenario:
             BoxTable(centre_m=(0.0, 0.85), size_m=(0.3, 0.12), height_m=0.15, yaw_rad=0.4, rgb=(60, 90, 160)),
         ),
         cylinders=(CylinderTable(centre_m=(-1.2, -0.6), radius_m=0.08, height_m=0.3, rgb=(200, 60, 40)),),
-        robots=(RobotTable(name=ROBOT, start=tuple(start()), truth=TRUE_WHEELS),),
+        robots=(RobotTable(name=ROBOT, start=pose_tuple(start()), truth=TRUE_WHEELS),),
     )
 
 
 def start() -> Pose2:
     """Return where laps begin and end, arena_from_body."""
-    x_m, y_m = way_m(1) - way_m(0)
-    return Pose2(*way_m(0).tolist(), math.atan2(y_m, x_m))
+    (x_m, y_m), (ahead_m, aside_m) = way_m(0).tolist(), (way_m(1) - way_m(0)).tolist()
+    return Pose2(x_m, y_m, math.atan2(aside_m, ahead_m))
 
 
 def way_m(point: int) -> Array:
