@@ -39,6 +39,15 @@ def test_a_fresh_calibration_is_good(sensor: Path) -> None:
     assert finding.seen == "320x240, camera 0.500 m over the floor, 0 days old"
 
 
+def test_a_calibration_tells_its_own_age_and_worth(sensor: Path) -> None:
+    account = "calibration: {date: '1970-01-03T00:00:00+00:00', verdict: usable, reasons: [the board was seen to 40 degrees only]}\n"
+    sensor.write_text(SENSOR + account)
+    _, (finding,) = examine_calibration(sensor, now_s=86_400.0 * 5)
+    assert finding.verdict == "warning"
+    assert "3 days old, found to be usable" in finding.seen
+    assert finding.cause == "the board was seen to 40 degrees only"
+
+
 def test_an_old_calibration_is_warned_of(sensor: Path) -> None:
     os.utime(sensor, (0.0, 0.0))
     _, (finding,) = examine_calibration(sensor, now_s=86_400.0 * (OLD_DAYS + 1))
