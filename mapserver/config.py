@@ -13,7 +13,8 @@ from mapserver.formation.falling_in import Spacing
 from mapserver.formation.floor import Bounds
 from mapserver.formation.shapes import Kind, Shape, closest_pair_m, follower_offsets
 from mapserver.formation.task import Task
-from mapserver.mapping.pose_graph import Effort, Start
+from mapserver.mapping.solver import Effort
+from mapserver.mapping.track import Start
 from protocol.errors import GeometryError
 from protocol.fields import Name
 from protocol.geometry import Pose2

@@ -1,9 +1,9 @@
-"""The swarm's pose graph: every robot's path in the arena by iSAM2, from odometry, places recognised and robots seeing each other.
+"""The swarm's pose graph: every robot's path in the arena, from odometry, places recognised and robots seeing each other.
 
 Variables are Pose2, one for each robot and local map, and Point2, one for each landmark that somebody sees and names.
-Kaess et al., "iSAM2: Incremental smoothing and mapping using the Bayes tree", IJRR 2012.
 All state is causal: a belief rests on nothing but the local maps added so far.
 
+The oldest poses leave the graph where there are too many, and stay in the smoothed paths at their last estimates.
 A robot of which nobody knows where it is has no place: its path is kept as a chain of its own (odometry.py) until it is placed.
 """
 
@@ -11,8 +11,7 @@ from __future__ import annotations
 
 from bisect import bisect_left
 from collections.abc import Mapping
-from dataclasses import dataclass, field
-from typing import NamedTuple
+from dataclasses import dataclass
 
 import gtsam
 import numpy as np
@@ -23,100 +22,39 @@ from mapserver.mapping.belief import Belief, Twist, extrapolate
 from mapserver.mapping.covariance import made_definite
 from mapserver.mapping.odometry import LEAST_MOTION_VARIANCE, STANDING, Chain, interpolated, motion
 from mapserver.mapping.sighting_noise import SightingLedger
+from mapserver.mapping.solver import Solver, from_gtsam, to_gtsam
+from mapserver.mapping.track import Node, Start, Track
 from protocol.fields import covariance_matrix
 from protocol.geometry import Array, Pose2
 from protocol.messages import LocalMap, Revisit, Sighting
 
-START_SIGMA = 1e-4  # [m or rad]: what a configured sigma of 0 means
-FOUND_SIGMA = np.array([0.02, 0.02, 0.05])  # a robot whose place is known so well need not be searched for [m, m, rad; body]
-SEARCH_NS = 5_000_000_000  # nobody is searched for longer: where nobody sees it, its last pose is the best there is
 MOST_GAP_S = 0.3  # between two poses on a path that goes on
 MAX_STAMP_GAP_S = 0.06  # between a sighting and the nearest pose of the robot that it shows
 CAUCHY_SCALE = 2.0  # whitened residual at which a sighting, or a place recognised, loses half its weight
-_KEYS_PER_ROBOT_BITS = 40
 _FIRST_LANDMARK_KEY = 1 << 62  # beyond all robots'
 
 
 @dataclass(frozen=True)
-class Effort:
-    """How closely the graph is solved: what its sensors can tell is worth no more."""
+class Extent:
+    """How many poses of all robots the graph holds; where there are more, the oldest are marginalised until so many are kept."""
 
-    relinearise_above: float = 1e-3  # [m or rad]: a tenth of a millimetre at the map's far end needs fresh Jacobians
-    relinearise_every: int = 1  # solutions
-    extra_iterations: int = 2  # the robust weights settle within a few Gauss-Newton steps
-
-
-@dataclass(frozen=True)
-class Start:
-    """Where a robot is set down: pose in the arena and its standard deviations, shape (3,) [m, m, rad; arena]."""
-
-    arena_from_body: Pose2
-    sigma: tuple[float, float, float] = (0.0, 0.0, 0.0)
-
-    def belief(self) -> Belief:
-        """Return the pose with its covariance turned into the body frame."""
-        body_from_arena = np.eye(3)
-        body_from_arena[:2, :2] = self.arena_from_body.rotation().T
-        variances = np.maximum(self.sigma, START_SIGMA) ** 2
-        return Belief(self.arena_from_body, body_from_arena @ np.diag(variances) @ body_from_arena.T, predicted=True)
-
-
-@dataclass
-class _Track:
-    """One robot's path: its variables, in the order of their stamps, and the newest belief."""
-
-    index: int
-    belief: Belief
-    stamps_ns: list[int] = field(default_factory=list)
-    last: LocalMap | None = None
-    twist: Twist | None = None
-    searched_ns: int | None = None  # since when it is searched for
-
-    def key(self, number: int) -> int:
-        return (self.index << _KEYS_PER_ROBOT_BITS) + number
-
-    def newest_key(self) -> int:
-        return self.key(len(self.stamps_ns) - 1)
-
-    def end_search(self) -> None:
-        if self.searched_ns is not None and (self.is_well_known() or self.stamps_ns[-1] - self.searched_ns > SEARCH_NS):
-            self.searched_ns = None
-
-    def is_well_known(self) -> bool:
-        return bool((np.diag(self.belief.covariance) <= FOUND_SIGMA**2).all())
-
-
-class _Node(NamedTuple):
-    """A variable of the graph, and how far its stamp lies from the one that was asked for."""
-
-    key: int
-    gap_s: float
-
-    @classmethod
-    def of(cls, track: _Track, stamp_ns: int) -> _Node | None:
-        """Return the nearest of a track's variables, or None where it has none yet."""
-        after = bisect_left(track.stamps_ns, stamp_ns)
-        near = [number for number in (after - 1, after) if 0 <= number < len(track.stamps_ns)]
-        nodes = [cls(track.key(number), abs(track.stamps_ns[number] - stamp_ns) * 1e-9) for number in near]
-        return min(nodes, key=lambda node: node.gap_s, default=None)
+    most_poses: int = 12_000
+    kept_poses: int = 9_000
 
 
 class PoseGraph:
     """Holds all robots' paths. `add` local maps, `see` and `place` robots, then `update`; read beliefs and trajectories at any time."""
 
-    def __init__(self, starts: Mapping[str, Start | None], effort: Effort | None = None) -> None:
+    def __init__(self, starts: Mapping[str, Start | None], solver: Solver | None = None, extent: Extent | None = None) -> None:
         """Begin with every robot at its start, or without a place where that is None; robots are numbered in the order of their names."""
-        self._effort = effort or Effort()
-        parameters = gtsam.ISAM2Params()
-        parameters.setRelinearizeThreshold(self._effort.relinearise_above)
-        parameters.relinearizeSkip = self._effort.relinearise_every
-        self._isam = gtsam.ISAM2(parameters)
+        self._solver = solver or Solver()
+        self._extent = extent or Extent()
         self._factors = gtsam.NonlinearFactorGraph()
         self._values = gtsam.Values()
         self._ledger = SightingLedger()
         self._landmarks: dict[str, int] = {}  # keys, by name
         self._indices = {robot: index for index, robot in enumerate(sorted(starts))}
-        self._tracks = {robot: _Track(index, start.belief()) for robot, index in self._indices.items() if (start := starts[robot])}
+        self._tracks = {robot: Track(index, start.belief()) for robot, index in self._indices.items() if (start := starts[robot])}
         self._chains = {robot: Chain() for robot in self._indices if robot not in self._tracks}  # of those without a place
 
     def add(self, local_map: LocalMap) -> None:
@@ -130,7 +68,7 @@ class PoseGraph:
         else:
             self._extend(track, track.last, local_map)
         track.last = local_map
-        self._values.insert(track.newest_key(), _to_gtsam(track.belief.arena_from_body))
+        self._values.insert(track.newest_key(), to_gtsam(track.belief.arena_from_body))
         for revisit in local_map.revisits:
             self._tie_revisit(track, revisit)
 
@@ -172,41 +110,41 @@ class PoseGraph:
         """
         chain = self._chains.pop(robot)
         fixed = chain.stamps_ns.index(stamp_ns)
-        track = self._tracks.setdefault(robot, _Track(self._indices[robot], found))
+        track = self._tracks.setdefault(robot, Track(self._indices[robot], found))
         first = len(track.stamps_ns)
         arena_from_start = found.arena_from_body @ chain.start_from_body[fixed].inverse()
         for number, node_ns in enumerate(chain.stamps_ns):
             track.stamps_ns.append(node_ns)
-            self._values.insert(track.newest_key(), _to_gtsam(arena_from_start @ chain.start_from_body[number]))
+            self._values.insert(track.newest_key(), to_gtsam(arena_from_start @ chain.start_from_body[number]))
             if number:
                 self._tie_motion(track, chain.twists[number])
         noise = gtsam.noiseModel.Gaussian.Covariance(found.covariance)
-        self._factors.add(gtsam.PriorFactorPose2(track.key(first + fixed), _to_gtsam(found.arena_from_body), noise))
+        self._factors.add(gtsam.PriorFactorPose2(track.key(first + fixed), to_gtsam(found.arena_from_body), noise))
         track.belief, track.twist, track.last = found, chain.twists[-1], chain.last
         for twist in chain.twists[fixed + 1 :]:
             track.belief = track.belief.moved(twist.body_from_next, twist.covariance)
 
     def update(self) -> dict[str, Belief]:
         """Solve with all that was added since the last call and return where each placed robot is at its own newest stamp."""
-        self._isam.update(self._factors, self._values)
-        for _ in range(self._effort.extra_iterations):
-            self._isam.update()
+        self._solver.update(self._factors, self._values)
         self._factors = gtsam.NonlinearFactorGraph()
         self._values = gtsam.Values()
         for track in self._tracks.values():
             if track.stamps_ns:
-                track.belief = self._solved(track.newest_key())
+                track.belief = self._solver.belief(track.newest_key())
                 track.end_search()
+        if sum(len(track.stamps_ns) for track in self._tracks.values()) > self._extent.most_poses:
+            self._let_oldest_leave()
         return {robot: track.belief for robot, track in self._tracks.items()}
 
     def belief(self, robot: str, stamp_ns: int) -> Belief:
         """Return where a robot that has a place is at `stamp_ns`: its pose of then, else its newest, carried forward if that is older."""
         track = self._tracks[robot]
-        node = _Node.of(track, stamp_ns)
+        node = Node.of(track, stamp_ns)
         if node is None or track.twist is None:
             return track.belief
-        if node.gap_s == 0.0 and node.key != track.newest_key() and self._isam.valueExists(node.key):
-            return self._solved(node.key)
+        if node.gap_s == 0.0 and node.key != track.newest_key() and self._solver.has(node.key):
+            return self._solver.belief(node.key)
         return extrapolate(track.belief, track.twist, (stamp_ns - track.stamps_ns[-1]) * 1e-9)
 
     def beliefs(self, stamp_ns: int) -> dict[str, Belief]:
@@ -238,8 +176,13 @@ class PoseGraph:
 
     def pose_at(self, robot: str, stamp_ns: int) -> Pose2 | None:
         """Return a placed robot's pose of exactly this stamp, if it has one."""
+        key = self.key_at(robot, stamp_ns)
+        return None if key is None else self._pose(key)
+
+    def key_at(self, robot: str, stamp_ns: int) -> int | None:
+        """Return the key of a placed robot's pose of exactly this stamp, if it has one."""
         node = self._node(robot, stamp_ns) if robot in self._indices else None
-        return None if node is None or node.gap_s > 0.0 else self._pose(node.key)
+        return None if node is None or node.gap_s > 0.0 else node.key
 
     def landmark(self, name: str) -> Array | None:
         """Return where a landmark that was seen is, shape (2,) [m; arena]."""
@@ -254,10 +197,9 @@ class PoseGraph:
         track = self._tracks.get(robot)
         if track is None:
             return np.empty(0, dtype=np.int64), np.empty((0, 3))
-        poses = [_from_gtsam(self._isam.calculateEstimatePose2(track.key(number))) for number in range(len(track.stamps_ns))]
-        return np.array(track.stamps_ns, dtype=np.int64), np.array(poses, dtype=np.float64).reshape(-1, 3)
+        return track.trajectory(self._solver.pose)
 
-    def _begin(self, track: _Track, local_map: LocalMap) -> None:
+    def _begin(self, track: Track, local_map: LocalMap) -> None:
         """Fix the first pose: the start, moved on by what the agent has driven before this first local map."""
         driven = made_definite(covariance_matrix(local_map.motion_covariance) * local_map.seq, LEAST_MOTION_VARIANCE)
         track.belief = track.belief.moved(Pose2(*local_map.odom_from_body), driven)._replace(predicted=False)
@@ -265,9 +207,9 @@ class PoseGraph:
         track.stamps_ns.append(local_map.stamp_ns)
         track.searched_ns = None if track.is_well_known() else local_map.stamp_ns
         noise = gtsam.noiseModel.Gaussian.Covariance(track.belief.covariance)
-        self._factors.add(gtsam.PriorFactorPose2(track.newest_key(), _to_gtsam(track.belief.arena_from_body), noise))
+        self._factors.add(gtsam.PriorFactorPose2(track.newest_key(), to_gtsam(track.belief.arena_from_body), noise))
 
-    def _extend(self, track: _Track, last: LocalMap, local_map: LocalMap) -> None:
+    def _extend(self, track: Track, last: LocalMap, local_map: LocalMap) -> None:
         twist = motion(last, local_map)
         if local_map.epoch != last.epoch:
             track.searched_ns = local_map.stamp_ns
@@ -277,33 +219,40 @@ class PoseGraph:
         track.stamps_ns.append(local_map.stamp_ns)
         self._tie_motion(track, twist)
 
-    def _tie_motion(self, track: _Track, twist: Twist) -> None:
+    def _let_oldest_leave(self) -> None:
+        """Marginalise the oldest poses of all robots, so many that as many remain as are to be kept, but never a robot's newest."""
+        since_ns = sorted(stamp_ns for track in self._tracks.values() for stamp_ns in track.stamps_ns)[-self._extent.kept_poses]
+        leaving: list[int] = []
+        for track in self._tracks.values():
+            if track.stamps_ns:
+                older = bisect_left(track.stamps_ns, since_ns, hi=len(track.stamps_ns) - 1)
+                leaving += track.leave(older, self._solver.pose)
+        self._solver.marginalise(leaving)
+
+    def _tie_motion(self, track: Track, twist: Twist) -> None:
         """Tie the newest of a track's variables to the one before."""
         noise = gtsam.noiseModel.Gaussian.Covariance(twist.covariance)
         key = track.newest_key()
-        self._factors.add(gtsam.BetweenFactorPose2(key - 1, key, _to_gtsam(twist.body_from_next), noise))
+        self._factors.add(gtsam.BetweenFactorPose2(key - 1, key, to_gtsam(twist.body_from_next), noise))
 
-    def _tie_revisit(self, track: _Track, revisit: Revisit) -> None:
+    def _tie_revisit(self, track: Track, revisit: Revisit) -> None:
         """Tie the newest of a track's variables to the one of an earlier stamp, if there is one: its local map may have been lost."""
-        then = _Node.of(track, revisit.stamp_ns)
+        then = Node.of(track, revisit.stamp_ns)
         if then is None or then.gap_s > 0.0 or then.key == track.newest_key():
             return
         covariance = made_definite(covariance_matrix(revisit.covariance), LEAST_MOTION_VARIANCE)
-        between = _to_gtsam(Pose2(*revisit.then_from_body))
+        between = to_gtsam(Pose2(*revisit.then_from_body))
         self._factors.add(gtsam.BetweenFactorPose2(then.key, track.newest_key(), between, _robust(covariance)))
 
-    def _node(self, robot: str, stamp_ns: int) -> _Node | None:
-        return _Node.of(self._tracks[robot], stamp_ns) if self.has_place(robot) else None
+    def _node(self, robot: str, stamp_ns: int) -> Node | None:
+        return Node.of(self._tracks[robot], stamp_ns) if self.has_place(robot) else None
 
     def _pose(self, key: int) -> Pose2:
-        return _from_gtsam(self._values.atPose2(key) if self._values.exists(key) else self._isam.calculateEstimatePose2(key))
+        return from_gtsam(self._values.atPose2(key)) if self._values.exists(key) else self._solver.pose(key)
 
     def _landmark_place(self, name: str) -> Array:
         key = self._landmarks[name]
-        return np.asarray(self._values.atPoint2(key) if self._values.exists(key) else self._isam.calculateEstimatePoint2(key))
-
-    def _solved(self, key: int) -> Belief:
-        return Belief(_from_gtsam(self._isam.calculateEstimatePose2(key)), self._isam.marginalCovariance(key))
+        return np.asarray(self._values.atPoint2(key) if self._values.exists(key) else self._solver.point(key))
 
 
 def _motion_within(gap_s: float, twist: Twist | None, range_m: float) -> Array:
@@ -324,11 +273,3 @@ def _robust(covariance: Array) -> gtsam.noiseModel.Robust:
     """Return the noise of what may be wrong altogether, with this covariance where it is not."""
     loss = gtsam.noiseModel.mEstimator.Cauchy.Create(CAUCHY_SCALE)
     return gtsam.noiseModel.Robust.Create(loss, gtsam.noiseModel.Gaussian.Covariance(covariance))
-
-
-def _to_gtsam(pose: Pose2) -> gtsam.Pose2:
-    return gtsam.Pose2(*pose)
-
-
-def _from_gtsam(pose: gtsam.Pose2) -> Pose2:
-    return Pose2(pose.x(), pose.y(), pose.theta())

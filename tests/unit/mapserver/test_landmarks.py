@@ -7,9 +7,11 @@ import math
 import numpy as np
 import pytest
 
-from mapserver.mapping.pose_graph import Effort, PoseGraph, Start
+from mapserver.mapping.pose_graph import PoseGraph
+from mapserver.mapping.solver import Effort, Solver
 from mapserver.mapping.strangers import Clue, agreed_motion
 from mapserver.mapping.ties import Ties, without_names
+from mapserver.mapping.track import Start
 from protocol.geometry import Array, Pose2
 from protocol.messages import Identity, LocalMap, Sighting
 from tests.unit.mapserver.worlds import local_map, sighting_of
@@ -90,7 +92,7 @@ def test_a_landmark_that_nobody_has_seen_has_no_place() -> None:
 
 
 def test_a_coarser_effort_still_finds_landmarks() -> None:
-    graph = PoseGraph({"r1": Start(STARTS["r1"])}, Effort(relinearise_above=0.05, relinearise_every=10, extra_iterations=0))
+    graph = PoseGraph({"r1": Start(STARTS["r1"])}, Solver(Effort(relinearise_above=0.05, relinearise_every=10, extra_iterations=0)))
     first = local_map("r1", 0)
     graph.add(first)
     for name in POSTS:

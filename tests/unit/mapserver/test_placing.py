@@ -7,7 +7,8 @@ import pytest
 
 from mapserver.mapping.belief import Belief
 from mapserver.mapping.odometry import MOST_LINKS, Chain
-from mapserver.mapping.pose_graph import PoseGraph, Start
+from mapserver.mapping.pose_graph import PoseGraph
+from mapserver.mapping.track import Start
 from protocol.geometry import Pose2
 from tests.unit.mapserver.worlds import STEP_NS, local_map, sighting_of
 

@@ -9,8 +9,9 @@ import pytest
 
 from mapserver.mapping.association import associate
 from mapserver.mapping.belief import Belief
-from mapserver.mapping.pose_graph import PoseGraph, Start
+from mapserver.mapping.pose_graph import PoseGraph
 from mapserver.mapping.sighting_noise import SightingLedger, added_information, model_error
+from mapserver.mapping.track import Start
 from protocol.geometry import Pose2
 from protocol.messages import Identity, LocalMap, Sighting
 from tests.unit.mapserver.worlds import MOTION_SIGMA, STEP_NS, Swarm, local_map, sighting_of
