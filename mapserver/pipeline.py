@@ -99,7 +99,10 @@ class MapPipeline:
         return Trajectories(robots=tuple(self._trajectory(robot) for robot in self._robots))
 
     def _extend_paths(self, local_maps: Sequence[LocalMap]) -> None:
+        """Extend all paths; that of a robot that was lifted ends, and a new one begins with no place."""
         for local_map in local_maps:
+            if self._ties.lifts.take_lifted(local_map.robot):
+                self._graph.lose(local_map.robot)
             self._graph.add(local_map)
 
     def _let_join(self, batch: Batch) -> None:
@@ -116,7 +119,7 @@ class MapPipeline:
         return [self._placed(each) for each in batch.local_maps if self._knows_its_place(each.robot) and _shows_anything(each)]
 
     def _knows_its_place(self, robot: str) -> bool:
-        return self._graph.has_place(robot) and not self._graph.is_searching(robot)
+        return self._graph.has_place(robot) and not self._graph.is_searching(robot) and not self._ties.lifts.is_doubted(robot)
 
     def _placed(self, local_map: LocalMap) -> _PlacedView:
         pose = self._graph.belief(local_map.robot, local_map.stamp_ns).arena_from_body

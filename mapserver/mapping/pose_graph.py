@@ -124,6 +124,12 @@ class PoseGraph:
         for twist in chain.twists[fixed + 1 :]:
             track.belief = track.belief.moved(twist.body_from_next, twist.covariance)
 
+    def lose(self, robot: str) -> None:
+        """End the path of a robot that has a place: it is elsewhere, nobody knows where. Its next local map begins a chain."""
+        self._chains[robot] = Chain()
+        self._tracks[robot].searched_ns = None
+        self._ledger.forget(robot)
+
     def update(self) -> dict[str, Belief]:
         """Solve with all that was added since the last call and return where each placed robot is at its own newest stamp."""
         self._solver.update(self._factors, self._values)

@@ -78,6 +78,7 @@ class Strangers:
     def keep(self, local_map: LocalMap, sighting: Sighting) -> None:
         """Keep a sighting by, or of, a robot without a place."""
         self._untied.append(Untied(local_map, sighting))
+        self._forget_before(local_map.stamp_ns - MEMORY_NS)
 
     def find(self, robot: str, places: Places) -> Found | None:
         """Return where a robot without a place was at its newest local map, or None where that is not certain."""

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
 from mapserver.mapping.association import associate
 from mapserver.mapping.belief import Belief
+from mapserver.mapping.lifting import LiftWatch, Look
 from mapserver.mapping.pose_graph import PoseGraph
 from mapserver.mapping.strangers import Strangers
 from protocol.messages import LocalMap, Sighting
@@ -22,15 +23,19 @@ class Ties:
         """Tie robots of these names; a sighting that names another robot ties nothing."""
         self._graph, self._robots = graph, robots
         self._strangers = Strangers()
+        self.lifts = LiftWatch()
 
     def tie(self, local_maps: Sequence[LocalMap]) -> None:
-        """Tie what the robots of one batch have sighted, and place those whose place is certain by now."""
+        """Tie what the robots of one batch have sighted, place those whose place is certain by now, and watch for lifted ones."""
+        looks: list[Look] = []
         for local_map in local_maps:
             if not self._graph.has_place(local_map.robot):
                 self._strangers.hear(local_map)
             for sighting in local_map.sightings:
                 self._tie_named(local_map, sighting)
-            self._tie_robots(local_map)
+            looks += self._tie_robots(local_map)
+        if local_maps:
+            self.lifts.note(max(local_map.stamp_ns for local_map in local_maps), looks)
         for robot in sorted({local_map.robot for local_map in local_maps}):
             if not self._graph.has_place(robot):
                 self._find(robot)
@@ -44,12 +49,17 @@ class Ties:
         elif identity.kind == "landmark" or (is_robot and not self._both_placed(local_map, sighting)):
             self._strangers.keep(local_map, sighting)
 
-    def _tie_robots(self, local_map: LocalMap) -> None:
+    def _tie_robots(self, local_map: LocalMap) -> Iterator[Look]:
+        """Tie the sightings of other robots; yield the look of a robot that has a place, and is not searched for."""
         beliefs = self._graph.beliefs(local_map.stamp_ns)
         observer = beliefs.pop(local_map.robot, None)
-        if observer is not None:
-            for match in associate(local_map.sightings, observer, beliefs):
-                self._graph.see(local_map, match.robot, match.sighting)
+        if observer is None:
+            return
+        matches = associate(local_map.sightings, observer, beliefs)
+        for match in matches:
+            self._graph.see(local_map, match.robot, match.sighting)
+        if not self._graph.is_searching(local_map.robot):
+            yield Look(local_map, matches)
 
     def _both_placed(self, local_map: LocalMap, sighting: Sighting) -> bool:
         return self._graph.has_place(local_map.robot) and self._graph.has_place(sighting.identity.name)
