@@ -182,13 +182,8 @@ class PoseGraph:
 
     def pose_at(self, robot: str, stamp_ns: int) -> Pose2 | None:
         """Return a placed robot's pose of exactly this stamp, if it has one."""
-        key = self.key_at(robot, stamp_ns)
-        return None if key is None else self._pose(key)
-
-    def key_at(self, robot: str, stamp_ns: int) -> int | None:
-        """Return the key of a placed robot's pose of exactly this stamp, if it has one."""
         node = self._node(robot, stamp_ns) if robot in self._indices else None
-        return None if node is None or node.gap_s > 0.0 else node.key
+        return None if node is None or node.gap_s > 0.0 else self._pose(node.key)
 
     def landmark(self, name: str) -> Array | None:
         """Return where a landmark that was seen is, shape (2,) [m; arena]."""

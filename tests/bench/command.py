@@ -13,7 +13,8 @@ from rich.progress import Progress
 from protocol.errors import OmmatidiaError
 from tests.bench.contest import Result, measure
 from tests.bench.frames import Case, all_cases
-from tests.bench.report import document, tables
+from tests.bench.pose_graph import POSES, measure_graph
+from tests.bench.report import document, graph_table, tables
 from tests.bench.screen import print_tables
 
 BAD_USAGE = 2
@@ -24,12 +25,14 @@ def bench(out: Path, most_frames: int | None, markdown: bool) -> int:
     progress = Console(stderr=True)
     try:
         results = measure_all(all_cases(), progress, most_frames)
+        with progress.status(f"the pose graph, {POSES} poses"):
+            graph = measure_graph()
     except OmmatidiaError as error:
         progress.print(f"bench: {error}", soft_wrap=True, markup=False)
         return BAD_USAGE
-    print_tables(tables(results), markdown)
+    print_tables([*tables(results), graph_table(graph)], markdown)
     out.parent.mkdir(parents=True, exist_ok=True)
-    out.write_text(json.dumps(document(results), indent=1) + "\n", encoding="utf-8")
+    out.write_text(json.dumps(document(results, graph), indent=1) + "\n", encoding="utf-8")
     progress.print(f"wrote {out}", soft_wrap=True)
     return 0
 

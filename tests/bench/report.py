@@ -12,6 +12,7 @@ import numpy as np
 from rich.table import Table
 
 from tests.bench.contest import CLASSICAL, DECODE, ENCODE, POINTS, STEP, WHOLE, Result
+from tests.bench.pose_graph import BARE, OWN, POSES, GraphContest
 from tests.bench.screen import new_table
 from tests.bench.statistics import Ratio
 
@@ -55,15 +56,25 @@ def bytes_table(results: Sequence[Result]) -> Table:
     return table
 
 
+def graph_table(graph: GraphContest) -> Table:
+    """Return what the pose graph's update costs beside bare iSAM2; the sum over all steps is what counts."""
+    table = new_table(f"The pose graph, milliseconds a step up to {POSES} poses, p50 and p99", "", "")
+    for name, (p50_ms, p99_ms) in ((OWN, graph.own), (BARE, graph.bare)):
+        table.add_row(name, f"{p50_ms:.2f} {p99_ms:6.2f}")
+    _add_ratios(table, "update / bare, medians", [graph.ratio_of_medians])
+    table.add_row("update / bare, all steps", f"{graph.ratio_of_sums:.3f}", style="bold")
+    return table
+
+
 def byte_figures(result: Result) -> dict[str, float]:
     """Return mean, p99 and max of the encoded bytes of a frame."""
     sizes = result.frame_bytes
     return {"mean": float(np.mean(sizes)), "p99": float(np.quantile(sizes, 0.99)), "max": float(max(sizes))}
 
 
-def document(results: Sequence[Result]) -> dict[str, Any]:
+def document(results: Sequence[Result], graph: GraphContest) -> dict[str, Any]:
     """Return everything as plain values for bench.json."""
-    return {"version": 1, "clock": CLOCK, "machine": machine(), "cases": [_case(result) for result in results]}
+    return {"version": 1, "clock": CLOCK, "machine": machine(), "cases": [_case(result) for result in results], "pose_graph": _graph(graph)}
 
 
 def machine() -> dict[str, Any]:
@@ -74,6 +85,16 @@ def machine() -> dict[str, Any]:
         "python": platform.python_version(),
         "numpy": np.__version__,
         "opencv": cv2.__version__,
+    }
+
+
+def _graph(graph: GraphContest) -> dict[str, Any]:
+    return {
+        "poses": POSES,
+        "update_ms": _rounded(graph.own._asdict()),
+        "bare_ms": _rounded(graph.bare._asdict()),
+        "update_over_bare": round(graph.ratio_of_sums, 4),
+        "medians": _rounded(graph.ratio_of_medians._asdict()),
     }
 
 
