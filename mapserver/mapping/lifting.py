@@ -30,9 +30,10 @@ class Look(NamedTuple):
 
 
 class _Doubt(NamedTuple):
-    """Since when a robot is accused, and in how many looks."""
+    """Since when a robot is accused, when it was so last, and in how many looks."""
 
     since_ns: int
+    last_ns: int
     looks: int
 
 
@@ -45,14 +46,15 @@ class LiftWatch:
         self._lifted: set[str] = set()
 
     def note(self, stamp_ns: int, looks: Sequence[Look]) -> None:
-        """Take the looks of one step, of robots that have a place; who did not look, or was not accused in turn, is as before."""
+        """Take the looks of one step, of robots that have a place; who is not accused again for a while is so no more."""
+        self._doubts = {robot: doubt for robot, doubt in self._doubts.items() if stamp_ns - doubt.last_ns < LIFTED_NS}
         tied = {robot for look in looks for match in look.matches for robot in (look.local_map.robot, match.robot)}
         for robot in tied:
             self._doubts.pop(robot, None)
         for robot in accused(looks, tied):
-            doubt = self._doubts.get(robot, _Doubt(stamp_ns, 0))
-            self._doubts[robot] = doubt._replace(looks=doubt.looks + 1)
-            if stamp_ns - doubt.since_ns >= LIFTED_NS and doubt.looks + 1 >= LEAST_LOOKS:
+            since_ns, _, looked = self._doubts.get(robot, _Doubt(stamp_ns, stamp_ns, 0))
+            self._doubts[robot] = _Doubt(since_ns, stamp_ns, looked + 1)
+            if stamp_ns - since_ns >= LIFTED_NS and looked + 1 >= LEAST_LOOKS:
                 self._lifted.add(robot)
 
     def is_doubted(self, robot: str) -> bool:

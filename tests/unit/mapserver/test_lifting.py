@@ -110,3 +110,10 @@ def test_a_sighting_as_believed_ends_all_doubt() -> None:
     sighting = seen_at(0.5)
     watch.note(2 * STEP_NS, [Look(local_map("r3", 1, sightings=[sighting]), [Match(sighting, "r2")])])
     assert not watch.is_doubted("r2")
+
+
+def test_a_contradiction_that_does_not_come_again_is_forgotten() -> None:
+    watch = LiftWatch()
+    watch.note(STEP_NS, looks(1.1, 1.1, 0))
+    watch.note(STEP_NS + LIFTED_NS, [Look(local_map("r2", 1), [])])
+    assert not watch.is_doubted("r2")
