@@ -43,7 +43,7 @@ class RobotSettings(Settings):
 class GraphSettings(Settings):
     """How closely the pose graph is solved; the defaults suit sightings to a millimetre."""
 
-    relinearise_above: Annotated[float, Field(gt=0.0, le=1.0, allow_inf_nan=False)] = 5e-3  # [m or rad]
+    relinearise_above: Annotated[float, Field(gt=0.0, le=1.0, allow_inf_nan=False)] = 3e-3  # [m or rad]
     relinearise_every: Annotated[int, Field(ge=1, le=1000)] = 1  # steps
     extra_iterations: Annotated[int, Field(ge=0, le=100)] = 2  # a step
 

@@ -20,7 +20,7 @@ from protocol.geometry import Array, Pose2
 class Effort:
     """How closely the graph is solved: what its sensors can tell is worth no more."""
 
-    relinearise_above: float = 5e-3  # [m or rad]: half a centimetre is linear enough for a map of a few metres, and the paths are the same
+    relinearise_above: float = 3e-3  # [m or rad]: so little is linear enough in a map of a few metres; the paths come out the same
     relinearise_every: int = 1  # solutions
     extra_iterations: int = 2  # at most; the robust weights settle within a few Gauss-Newton steps
 
