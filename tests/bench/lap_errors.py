@@ -13,7 +13,8 @@ from agent.calibration import read_calibration
 from agent.full_method import FullMethod
 from agent.rig import Body
 from agent.wheel_history import WheelHistory
-from mapserver.mapping.pose_graph import PoseGraph, Start
+from mapserver.mapping.pose_graph import PoseGraph
+from mapserver.mapping.track import Start
 from protocol.geometry import Pose2
 from protocol.messages import LocalMap, Revisit
 from sim.handout import write_handout
