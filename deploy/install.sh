@@ -120,8 +120,9 @@ install_settings() {
 
 install_units() {
     systemd=$root/etc/systemd/system
-    mkdir -p "$systemd/multi-user.target.wants" "$root/etc/udev/rules.d"
+    mkdir -p "$systemd/multi-user.target.wants" "$root/etc/udev/rules.d" "$root/etc/modules-load.d"
     cp "$here/deploy/udev/70-ommatidia.rules" "$root/etc/udev/rules.d/"
+    cp "$here/deploy/modules-load/ommatidia.conf" "$root/etc/modules-load.d/"
     version=$(inside systemctl --version 2>/dev/null | sed -n '1s/systemd \([0-9]*\).*/\1/p')
     for role in $roles; do
         unit=ommatidia-$role.service
@@ -140,6 +141,7 @@ start() {
         return
     }
     systemctl daemon-reload
+    systemctl restart systemd-modules-load.service || say "some kernel modules of /etc/modules-load.d could not be loaded"
     udevadm control --reload && udevadm trigger --subsystem-match=tty --subsystem-match=video4linux
     for role in $roles; do
         systemctl restart "ommatidia-$role.service"
@@ -153,7 +155,8 @@ uninstall() {
         if is_live && [ -e "/etc/systemd/system/$unit" ]; then systemctl stop "$unit"; fi
         rm -rf "$root/etc/systemd/system/$unit" "$root/etc/systemd/system/$unit.d" "$root/etc/systemd/system/multi-user.target.wants/$unit"
     done
-    rm -rf "$root/opt/ommatidia" "$root/etc/udev/rules.d/70-ommatidia.rules" "$root/usr/local/bin/ommatidia"
+    rm -rf "$root/opt/ommatidia" "$root/etc/udev/rules.d/70-ommatidia.rules" "$root/etc/modules-load.d/ommatidia.conf" \
+        "$root/usr/local/bin/ommatidia"
     if is_live; then systemctl daemon-reload; fi
     if [ "$purge" = yes ]; then
         rm -rf "$root/etc/ommatidia"
