@@ -62,7 +62,7 @@ def _service(config: MapServerConfig, bus: Bus) -> MapService:
     batches: Batches = WorldBatches(names) if config.clock == "world" else WallBatches()
     server_time = ServerTime(config.clock, steady_wall_clock())
     broadcast = Broadcast(bus, epoch=time.time_ns() // 1_000_000)
-    pipeline = MapPipeline(config.robots, clock, config.graph.effort())
+    pipeline = MapPipeline(config.robots, clock, config.graph.effort(), config.graph.extent())
     batteries = Batteries(config.formation.low_battery)
     return MapService(bus, names, pipeline, batches, _lead(config), server_time, broadcast, batteries, clock, loss=config.loss.loss())
 

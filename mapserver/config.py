@@ -13,6 +13,7 @@ from mapserver.formation.falling_in import Spacing
 from mapserver.formation.floor import Bounds
 from mapserver.formation.shapes import Kind, Shape, closest_pair_m, follower_offsets
 from mapserver.formation.task import Task
+from mapserver.mapping.pose_graph import Extent
 from mapserver.mapping.solver import Effort
 from mapserver.mapping.track import Start
 from protocol.errors import GeometryError
@@ -41,15 +42,27 @@ class RobotSettings(Settings):
 
 
 class GraphSettings(Settings):
-    """How closely the pose graph is solved; the defaults suit sightings to a millimetre."""
+    """How closely the pose graph is solved, and how far back it reaches; the defaults suit sightings to a millimetre."""
 
-    relinearise_above: Annotated[float, Field(gt=0.0, le=1.0, allow_inf_nan=False)] = 3e-3  # [m or rad]
+    relinearise_above: Annotated[float, Field(gt=0.0, le=1.0, allow_inf_nan=False)] = 2e-3  # [m or rad]
     relinearise_every: Annotated[int, Field(ge=1, le=1000)] = 1  # steps
     extra_iterations: Annotated[int, Field(ge=0, le=100)] = 2  # a step
+    most_poses: Annotated[int, Field(ge=100, le=1_000_000)] = 6_000  # of all robots; where there are more, the oldest leave ...
+    kept_poses: Annotated[int, Field(ge=50, le=1_000_000)] = 4_500  # ... until so many are left
+
+    @model_validator(mode="after")
+    def _keeps_less_than_most(self) -> Self:
+        if self.kept_poses >= self.most_poses:
+            raise ValueError("kept_poses has to be less than most_poses")
+        return self
 
     def effort(self) -> Effort:
-        """Return the same, as the graph takes it."""
-        return Effort(**self.model_dump())
+        """Return how closely the graph is solved, as the solver takes it."""
+        return Effort(self.relinearise_above, self.relinearise_every, self.extra_iterations)
+
+    def extent(self) -> Extent:
+        """Return how far back the graph reaches."""
+        return Extent(self.most_poses, self.kept_poses)
 
 
 class LossSettings(Settings):

@@ -14,7 +14,7 @@ from mapserver.mapping.grid import CELL_M
 from mapserver.mapping.joining import Seekers
 from mapserver.mapping.movers import MoverWatch
 from mapserver.mapping.overlay import Overlay
-from mapserver.mapping.pose_graph import PoseGraph
+from mapserver.mapping.pose_graph import Extent, PoseGraph
 from mapserver.mapping.solver import Effort, Solver
 from mapserver.mapping.things import ThingTracker
 from mapserver.mapping.ties import Ties, without_names
@@ -42,11 +42,13 @@ class _PlacedView(NamedTuple):
 class MapPipeline:
     """Holds pose graph, grid and things; `step` batches in the order of their stamps."""
 
-    def __init__(self, robots: Sequence[RobotSettings], clock: StageClock, effort: Effort | None = None) -> None:
+    def __init__(
+        self, robots: Sequence[RobotSettings], clock: StageClock, effort: Effort | None = None, extent: Extent | None = None
+    ) -> None:
         """Begin with every robot at its start and nothing known of the floor."""
         self._radii_m = {robot.name: robot.body_radius_m for robot in robots}
         self._robots = sorted(self._radii_m)
-        self._graph = PoseGraph(starts_of(robots), Solver(effort))
+        self._graph = PoseGraph(starts_of(robots), Solver(effort), extent)
         self._ties = Ties(self._graph, self._robots)
         self._seekers = Seekers()
         self._overlay = Overlay()

@@ -36,10 +36,13 @@ _FIRST_LANDMARK_KEY = 1 << 62  # beyond all robots'
 
 @dataclass(frozen=True)
 class Extent:
-    """How many poses of all robots the graph holds; where there are more, the oldest are marginalised until so many are kept."""
+    """How many poses of all robots the graph holds; where there are more, the oldest are marginalised until so many are kept.
 
-    most_poses: int = 12_000
-    kept_poses: int = 9_000
+    What is kept is solved anew then, which holds setpoints up: for less time than robots drive on without any.
+    """
+
+    most_poses: int = 6_000
+    kept_poses: int = 4_500
 
 
 class PoseGraph:

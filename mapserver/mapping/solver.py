@@ -20,7 +20,7 @@ from protocol.geometry import Array, Pose2
 class Effort:
     """How closely the graph is solved: what its sensors can tell is worth no more."""
 
-    relinearise_above: float = 3e-3  # [m or rad]: so little is linear enough in a map of a few metres; the paths come out the same
+    relinearise_above: float = 2e-3  # [m or rad]: so little is linear enough in a map of a few metres; the paths come out the same
     relinearise_every: int = 1  # solutions
     extra_iterations: int = 2  # at most; the robust weights settle within a few Gauss-Newton steps
 
@@ -44,10 +44,11 @@ class Solver:
     def marginalise(self, keys: Collection[int]) -> None:
         """Take variables out; what their factors say of the others stays, as linearised at the present estimate."""
         estimate = self._isam.calculateBestEstimate()
-        leaving, staying, told = frozenset(keys), gtsam.NonlinearFactorGraph(), gtsam.NonlinearFactorGraph()
+        leaving, staying, nonlinear = frozenset(keys), gtsam.NonlinearFactorGraph(), gtsam.NonlinearFactorGraph()
         for factor in _all(self._isam.getFactorsUnsafe()):
-            (told if leaving.intersection(factor.keys()) else staying).add(factor)
-        _, remaining = told.linearize(estimate).eliminatePartialSequential(gtsam.Ordering(sorted(leaving)))
+            (nonlinear if leaving.intersection(factor.keys()) else staying).add(factor)
+        told = nonlinear.linearize(estimate)
+        _, remaining = told.eliminatePartialSequential(_first_of(told, leaving))
         for number in range(remaining.size()):
             staying.add(gtsam.LinearContainerFactor(remaining.at(number), estimate))
         for key in leaving:
@@ -86,6 +87,12 @@ def to_gtsam(pose: Pose2) -> gtsam.Pose2:
 def from_gtsam(pose: gtsam.Pose2) -> Pose2:
     """Return a pose of GTSAM."""
     return Pose2(pose.x(), pose.y(), pose.theta())
+
+
+def _first_of(factors: gtsam.GaussianFactorGraph, keys: Collection[int]) -> gtsam.Ordering:
+    """Return these variables in an order in which they can be eliminated before all others, and with little fill-in."""
+    ordering = gtsam.Ordering.ColamdConstrainedFirstGaussianFactorGraph(factors, list(keys), False)
+    return gtsam.Ordering([ordering.at(place) for place in range(len(keys))])
 
 
 def _all(factors: gtsam.NonlinearFactorGraph) -> list[gtsam.NonlinearFactor]:

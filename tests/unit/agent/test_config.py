@@ -80,7 +80,7 @@ def test_cameras_of_a_robot_are_named_by_their_driver(file: Path) -> None:
     file.write_text(SHORTEST.replace('endpoint = "tcp/127.0.0.1:7448"', 'driver = "v4l2"\nexposure_s = 0', 1))
     camera = load_config(file).camera
     assert isinstance(camera, V4l2CameraSettings)
-    assert (camera.device, camera.exposure_s, camera.white_balance_k) == (Path("/dev/ommatidia-camera"), 0.0, 4600)
+    assert (camera.device, camera.exposure_s, camera.white_balance_k) == (Path("/dev/ommatidia/camera"), 0.0, 4600)
 
 
 def test_film_is_found_beside_the_configuration_file(file: Path) -> None:
