@@ -106,7 +106,7 @@ class _Arrival(NamedTuple):
 
 
 class WallBatches:
-    """Batches in the order of stamps, held back for the reorder window."""
+    """Batches in the order of stamps, held back for the reorder window; who is behind merges all that has waited so long at once."""
 
     def __init__(self) -> None:
         """Start with nobody waiting."""
@@ -123,14 +123,14 @@ class WallBatches:
         self._waiting.append(_Arrival(local_map, now_s))
 
     def take(self, present: frozenset[str], now_s: float) -> Batch | None:
-        """Return the oldest local map and all within the window behind it, once it has waited or nothing older can come."""
+        """Return the oldest local map, all that have waited and all within the window behind it, once nothing older can come."""
         if not self._waiting:
             return None
-        oldest = min(self._waiting, key=lambda arrival: arrival.local_map.stamp_ns)
-        has_waited = now_s - oldest.arrived_s >= REORDER_WINDOW_S
-        if not has_waited and not present <= {arrival.local_map.robot for arrival in self._waiting}:
+        waited_ns = [each.local_map.stamp_ns for each in self._waiting if now_s - each.arrived_s >= REORDER_WINDOW_S]
+        oldest_ns = min(arrival.local_map.stamp_ns for arrival in self._waiting)
+        if oldest_ns not in waited_ns and not present <= {arrival.local_map.robot for arrival in self._waiting}:
             return None
-        return self._release(oldest.local_map.stamp_ns + round(REORDER_WINDOW_S * 1e9))
+        return self._release(max([oldest_ns + round(REORDER_WINDOW_S * 1e9), *waited_ns]))
 
     def _release(self, until_ns: int) -> Batch:
         due = _in_order(arrival.local_map for arrival in self._waiting if arrival.local_map.stamp_ns <= until_ns)

@@ -124,11 +124,20 @@ def test_on_the_wall_clock_nobody_waits_once_all_have_spoken() -> None:
 
 def test_on_the_wall_clock_what_lies_far_apart_is_merged_one_after_the_other() -> None:
     batches = WallBatches()
-    batches.offer(at_ms("r1", 1200), 1.0)
     batches.offer(at_ms("r1", 1000), 1.0)
-    assert told(batches.take(ALL, 2.0)) == [("r1", 1000)]
-    assert told(batches.take(ALL, 2.0)) == [("r1", 1200)]
+    batches.offer(at_ms("r1", 1200), 1.04)
+    assert told(batches.take(ALL, 1.06)) == [("r1", 1000)]
+    assert told(batches.take(ALL, 1.1)) == [("r1", 1200)]
     assert batches.take(ALL, 2.0) is None
+
+
+def test_on_the_wall_clock_a_server_that_is_behind_merges_all_that_waits_at_once() -> None:
+    batches = WallBatches()
+    for number in range(5):
+        batches.offer(at_ms("r1", 1000 + 200 * number), 1.0 + 0.2 * number)
+    batches.offer(at_ms("r2", 2000), 3.0)
+    assert told(batches.take(ALL, 3.01)) == [("r1", 1000 + 200 * number) for number in range(5)]
+    assert told(batches.take(ALL, 3.1)) == [("r2", 2000)]
 
 
 def test_a_local_map_that_was_lost_on_its_way_is_not_waited_for() -> None:
