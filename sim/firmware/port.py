@@ -12,6 +12,7 @@ from sim.firmware.board import Board
 from sim.firmware.line import Line, LineFaults
 
 TURN_S = 0.004  # the board is turned at least so often
+GRAIN_S = 0.001  # bytes come a few at a time, as from the chip of a serial adapter
 
 _CHUNK = 4096
 _SPEEDS = {baud: getattr(termios, f"B{baud}") for baud in (300, 600, 1200, 2400, 4800, 9600, 19200, 38400, 57600, 115200)}
@@ -60,8 +61,8 @@ class SerialPort:
         self._from_board.cut()
 
     def due_s(self, now_s: float) -> float:
-        """Return until when nothing has to be done but for a client's bytes."""
-        return min(now_s + TURN_S, self._to_board.due_s, self._from_board.due_s)
+        """Return until when nothing has to be done but for a client's bytes; what is due sooner than in a grain of time waits for that."""
+        return min(now_s + TURN_S, max(now_s + GRAIN_S, min(self._to_board.due_s, self._from_board.due_s)))
 
     def service(self, now_s: float) -> None:
         """Carry bytes both ways and turn the board until now."""
