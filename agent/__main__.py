@@ -55,7 +55,7 @@ def _serve(config_file: Path, clock: str, config: AgentConfig, stop: StopRequest
         waiting = partial(_wait_for_server, config.robot.endpoint, helm, manager)
         bus = stack.enter_context(await_client(config.robot.site, config.robot.endpoint, stop.asked, news, waiting))
         pipeline = make_pipeline(config.robot.name, epoch, config.robot.method, config.body.body(), calibration, stage_clock)
-        helm.wait_linked(stop.asked)
+        helm.wait_linked(partial(_turning, stop, manager))
         size_px = (calibration.width_px, calibration.height_px)
         camera = open_camera(
             config.robot, config.camera, size_px, news=news, stopping=stop.asked, stamp_ns=stamps.stamp_ns, clock=stage_clock
@@ -75,6 +75,12 @@ def _wait_for_server(endpoint: str, helm: HelmProcess, manager: ServiceManager) 
         _log.warning("nobody answers at %s: is the map server running? Waiting for it", endpoint)
     manager.ready()
     manager.turn()
+
+
+def _turning(stop: StopRequest, manager: ServiceManager) -> bool:
+    """Tell systemd that a loop turns, and return whether it is to end."""
+    manager.turn()
+    return stop.asked()
 
 
 def main(arguments: list[str]) -> int:

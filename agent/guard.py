@@ -20,7 +20,7 @@ from agent.clocks.local_clock import LocalClock
 from agent.config import load_config
 from agent.drivers.opening import open_wheels
 from agent.drivers.wheels import WheelCondition, Wheels
-from agent.guard_pipe import DriveOrder, GuardReport, Instruction, Latch, LatchOrder
+from agent.guard_pipe import MOST_REASON, DriveOrder, GuardReport, Instruction, Latch, LatchOrder
 from agent.pipe import Pipe
 from protocol.errors import OmmatidiaError
 from protocol.logs import start_logging
@@ -32,6 +32,7 @@ HEARTBEAT_LIMIT_S = 0.2
 
 _STANDING = WheelCommand(left_rad_s=0.0, right_rad_s=0.0)
 _FREE = Latch(stopped=False, reason="", orders=0)
+_AND = "; "  # between two reasons
 
 _log = logging.getLogger(__name__)
 
@@ -44,7 +45,7 @@ class Guard:
         self._beat_s: float | None = None  # when the helm's last instruction came; None while it is silent
         self._until_s: float | None = None  # until when the last order holds; None while there is none
         self._applied, self._latch = _STANDING, _FREE
-        self._condition = wheels.condition
+        self._condition = WheelCondition()
         self._told = False
 
     def run(self, stopping: Callable[[], bool]) -> None:
@@ -88,27 +89,28 @@ class Guard:
         if condition.trouble:
             self._applied, self._until_s = _STANDING, None
         self._condition = condition
-        if condition.hazard and not self._latch.stopped:
-            self._latch_wheels(stopped=True, reason=condition.hazard)
+        if condition.hazard:
+            self._latch_wheels(stopped=True, reason=self._besides(condition.hazard))
         self._report(None)
 
     def _refused(self) -> Mapping[str, int]:
         return {**self._wheels.refused, "readings: helm too slow": self._pipe.lost}
 
     def _follow(self, instruction: Instruction) -> None:
-        self._beat_s = self._clock_s()
+        self._beat_s = min(instruction.sent_s, self._clock_s())
         self._stamps.learn(instruction.clock)
         if instruction.latch is not None:
             self._hold(instruction.latch)
         if instruction.drive is not None:
-            self._drive(instruction.drive)
+            self._drive(instruction.drive, self._beat_s + instruction.drive.valid_s)
 
-    def _drive(self, order: DriveOrder) -> None:
-        """Set the speeds; wheels that are held stand, which answers the setpoints as well."""
+    def _drive(self, order: DriveOrder, until_s: float) -> None:
+        """Set the speeds, unless that is too late by now; wheels that are held stand, which answers the setpoints as well."""
+        if until_s <= self._clock_s():
+            return
         left, right = (0.0, 0.0) if self._latch.stopped else (order.left_rad_s, order.right_rad_s)
         self._applied = self._wheels.drive(left, right, order.answers_ns)
-        self._until_s = self._clock_s() + order.valid_s
-        self._report(None)
+        self._until_s = until_s
 
     def _hold(self, order: LatchOrder) -> None:
         """Hold the wheels, or release them, which a sensor may forbid; released, they stand until the next drive order."""
@@ -116,9 +118,15 @@ class Guard:
         if order.order == "release" and hazard:
             self._latch_wheels(stopped=True, reason=hazard)
         else:
-            self._latch_wheels(stopped=order.order == "stop", reason=order.reason)
+            is_stop = order.order == "stop"
+            self._latch_wheels(stopped=is_stop, reason=self._besides(order.reason) if is_stop else order.reason)
         self._latch = self._latch.model_copy(update={"orders": self._latch.orders + 1})
         self._report(None)
+
+    def _besides(self, reason: str) -> str:
+        """Return a further reason to hold the wheels, behind those for which they are held already."""
+        held_for = self._latch.reason.split(_AND) if self._latch.stopped else []
+        return _AND.join(dict.fromkeys(filter(None, [*held_for, reason])))[:MOST_REASON]
 
     def _latch_wheels(self, *, stopped: bool, reason: str) -> None:
         if stopped != self._latch.stopped:

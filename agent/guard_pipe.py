@@ -12,6 +12,7 @@ from protocol.fields import Count, Message, StampNs
 from protocol.messages import WheelCommand, WheelReadings
 
 ORDER_LIMIT_S = 0.5  # no drive order holds for longer
+MOST_REASON = 200  # characters
 
 
 class DriveOrder(Message):
@@ -27,13 +28,14 @@ class LatchOrder(Message):
     """Stop the wheels, whatever else is ordered, until they are released; or release them."""
 
     order: Literal["stop", "release"]
-    reason: Annotated[str, Field(max_length=200)]
+    reason: Annotated[str, Field(max_length=MOST_REASON)]
 
 
 class Instruction(Message):
     """From the helm, in every turn of its loop: that it turns, and what is to be done."""
 
     count: Count
+    sent_s: FiniteFloat  # on the machine's monotonic clock, which both read: what has waited in the pipe is as old as that
     drive: DriveOrder | None = None
     latch: LatchOrder | None = None
     clock: ClockMap | None = None  # by which the wheels' readings are to be stamped; None while there is none
@@ -47,7 +49,7 @@ class Latch(Message):
     """
 
     stopped: bool
-    reason: Annotated[str, Field(max_length=200)]
+    reason: Annotated[str, Field(max_length=MOST_REASON)]
     orders: Count
 
 
@@ -56,7 +58,7 @@ class GuardReport(Message):
 
     fault: str  # why the guard ends, in one line; empty while it does not
     readings: WheelReadings | None
-    applied: WheelCommand  # the speeds that the wheels were last given
+    applied: WheelCommand  # the speeds that the wheels were last given; a new one is told with the next readings
     latch: Latch
     condition: WheelCondition
     refused: dict[str, Count]  # what came in place of readings, by reason

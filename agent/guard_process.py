@@ -21,6 +21,7 @@ from protocol.messages import WheelReadings
 from protocol.stopping import Stopped
 
 _END_S = 1.0
+ENDED_WELL = {0, 2}  # with the wheels stopped: asked to end, or by an error that it has told
 
 _FREE = Latch(stopped=False, reason="", orders=0)
 
@@ -70,7 +71,9 @@ class GuardProcess:
 
     def instruct(self, drive: DriveOrder | None = None, latch: LatchOrder | None = None) -> None:
         """Tell the guard that the helm's loop turns, and what to do."""
-        self._child.pipe.send(Instruction(count=self._instructions, drive=drive, latch=latch, clock=self._clock_map))
+        self._child.pipe.send(
+            Instruction(count=self._instructions, sent_s=time.monotonic(), drive=drive, latch=latch, clock=self._clock_map)
+        )
         self._instructions += 1
 
     def stamp_by(self, clock_map: ClockMap | None) -> None:
@@ -91,7 +94,7 @@ class GuardProcess:
     def close(self) -> None:
         """End the pipe, on which the guard stops the wheels and ends; one that does not is killed."""
         exit_code = self._child.end(_END_S)
-        if exit_code < 0 and self._last is not None:  # before its first report it has not touched the wheels
+        if exit_code not in ENDED_WELL and self._last is not None:  # before its first report it has not touched the wheels
             self._stop_wheels_anew()
 
     def _has_reported(self) -> bool:
@@ -102,7 +105,7 @@ class GuardProcess:
         """Have another guard stop the wheels; called once, since that one has no successor."""
         if self._successor is None:
             return
-        _log.error("the wheel guard was killed; another one stops the wheels")
+        _log.error("the wheel guard was killed or failed; another one stops the wheels")
         deadline_s = time.monotonic() + START_S
         with GuardProcess(self._successor()) as successor, suppress(Stopped):
             successor.wait_ready(lambda: time.monotonic() > deadline_s)

@@ -115,8 +115,8 @@ class Service:
     def run(self, stopping: Callable[[], bool]) -> None:
         """Turn until asked to stop. Raises DriverError where camera or helm are lost for good."""
         self._bus.announce(AGENT_ALIVE, robot=self._robot)
-        self._manager.ready()
         while not stopping():
+            self._manager.ready()
             self._manager.turn()
             frame = self._receive()
             if frame is not None:

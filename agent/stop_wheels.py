@@ -8,12 +8,15 @@ from __future__ import annotations
 
 import argparse
 import sys
+import time
 from pathlib import Path
 
 from agent.config import BusWheelSettings, load_config
 from agent.drivers.firmwares import firmware_of
 from agent.drivers.serial_line import LineLost, SerialLine
 from protocol.errors import OmmatidiaError
+
+TIMES, PAUSE_S = 3, 0.03
 
 
 def main(arguments: list[str]) -> int:
@@ -31,10 +34,12 @@ def main(arguments: list[str]) -> int:
 
 
 def _stop(port: str, baud: int, halt: bytes) -> None:
-    """Say it once; a port that is still open elsewhere is no hindrance."""
+    """Say it more than once: the first may end a command that was half said. A port that is still open elsewhere is no hindrance."""
     try:
         line = SerialLine(port, baud, exclusive=False)
-        line.send(halt)
+        for _ in range(TIMES):
+            line.send(halt)
+            time.sleep(PAUSE_S)
         line.close()
     except LineLost as lost:
         print(f"wheels not stopped: {port} {lost}", file=sys.stderr)

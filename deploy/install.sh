@@ -1,6 +1,7 @@
 #!/bin/sh
 # Takes a fresh Debian or Raspberry Pi OS board to a running agent, or a laptop to a running map server. Running it again updates.
 set -eu
+umask 022 # whoever calls this: the services' user has to read what is installed
 
 usage() {
     cat <<'HELP'
@@ -173,6 +174,9 @@ case $roles in
     *agent*mapserver* | *mapserver*agent*) extras=agent,mapserver ;;
     *) extras=${roles# } ;;
 esac
+if is_live; then # nothing is to be read half old, half new
+    for role in $roles; do systemctl stop "ommatidia-$role.service" 2>/dev/null || true; done
+fi
 install_python
 install_package
 install_user

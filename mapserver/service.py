@@ -83,8 +83,8 @@ class MapService:
     def run(self, stopping: Callable[[], bool], manager: ServiceManager) -> None:
         """Turn until `stopping()`, and tell the service manager that it does."""
         self._bus.announce(SERVER_ALIVE)
-        manager.ready()
         while not stopping():
+            manager.ready()
             manager.turn()
             batch = self._receive()
             if batch is not None:

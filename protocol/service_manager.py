@@ -31,8 +31,7 @@ class ServiceManager:
     def ready(self) -> None:
         """Say, once, that the service serves."""
         if not self._is_ready:
-            self._is_ready = True
-            self._tell("READY=1")
+            self._is_ready = self._tell("READY=1")
 
     def turn(self) -> None:
         """Say, now and then, that the loop turns; a loop that does not is ended by the watchdog."""
@@ -48,9 +47,15 @@ class ServiceManager:
         self._tell(f"STATUS={status}")
         return True
 
-    def _tell(self, message: str) -> None:
-        if self._socket is not None:
+    def _tell(self, message: str) -> bool:
+        """Send a message, and tell whether it was; a service manager that does not listen for a moment holds up nobody."""
+        if self._socket is None:
+            return True
+        try:
             self._socket.send(message.encode())
+        except OSError:
+            return False
+        return True
 
     def __enter__(self) -> Self:
         return self
@@ -66,6 +71,7 @@ def _connected(address: str) -> socket.socket | None:
     if not address:
         return None
     manager = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM | socket.SOCK_CLOEXEC)
+    manager.setblocking(False)
     try:
         manager.connect(f"\0{address[1:]}" if address.startswith("@") else address)
     except OSError as error:

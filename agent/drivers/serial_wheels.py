@@ -13,7 +13,7 @@ from agent.drivers.encoders import Encoders
 from agent.drivers.firmware import Firmware
 from agent.drivers.polling import Polling, Timed
 from agent.drivers.serial_line import LineLost
-from agent.drivers.wheels import WheelCondition
+from agent.drivers.wheels import MOST_TROUBLE, WheelCondition
 from protocol.fields import Packed
 from protocol.messages import WheelCommand, WheelReadings
 from protocol.news import Watchable
@@ -21,6 +21,8 @@ from protocol.news import Watchable
 CLOCK_UNKNOWN = "readings: the map server's clock is not known yet"
 JUMPED = "encoders: counted anew"
 UNREACHABLE = "encoders: counts that no wheel could have reached"
+
+GATHER_S = 0.001  # bytes come one by one: a moment after the first there are several to be read at once
 
 _STANDING = (0, 0)
 
@@ -146,10 +148,12 @@ class SerialWheels:
         return [WheelReadings(until_ns=stamp_ns, stamps_ns=Packed.of([stamp_ns], "i8"), angles_rad=Packed.of([angles_rad], "f8"))]
 
     def _trouble(self) -> str:
-        return f"wheels: {self._connection.trouble}" if self._connection.trouble else ""
+        return f"wheels: {self._connection.trouble}"[:MOST_TROUBLE] if self._connection.trouble else ""
 
     def _wait(self, timeout_s: float) -> None:
         """Sleep until something has come over the line, whoever reads is woken, or the time is over."""
         line = self._connection.line
         files = [self._wake.fileno(), *([] if line is None else [line.fileno()])]
-        select.select(files, [], [], timeout_s)
+        ready, _, _ = select.select(files, [], [], timeout_s)
+        if line is not None and line.fileno() in ready:
+            time.sleep(GATHER_S)

@@ -10,14 +10,20 @@ from pydantic import Field, FiniteFloat
 from protocol.fields import Message
 from protocol.messages import WheelCommand, WheelReadings
 
+MOST_TROUBLE = 200  # characters
+
 Charge = Annotated[FiniteFloat, Field(ge=0.0, le=1.0)]  # of a battery, as a fraction of what it holds
 
 
 class WheelCondition(Message):
     """How the wheels fare."""
 
-    trouble: Annotated[str, Field(max_length=200)] = ""  # why they cannot be driven now, in one line for a person; empty while they can
-    hazard: Annotated[str, Field(max_length=200)] = ""  # what bumpers, wheel-drop and cliff sensors say now; empty while they say nothing
+    trouble: Annotated[str, Field(max_length=MOST_TROUBLE)] = (
+        ""  # why they cannot be driven now, in one line for a person; empty while they can
+    )
+    hazard: Annotated[str, Field(max_length=MOST_TROUBLE)] = (
+        ""  # what bumpers, wheel-drop and cliff sensors say now; empty while they say nothing
+    )
     battery: Charge | None = None  # None where the hardware does not tell
 
 

@@ -72,7 +72,7 @@ class Robot:
     said: int = 0
 
     def say(self, drive: DriveOrder | None = None, latch: LatchOrder | None = None) -> None:
-        self.agent.send(Instruction(count=self.said, drive=drive, latch=latch))
+        self.agent.send(Instruction(count=self.said, sent_s=self.wheels.now_s, drive=drive, latch=latch))
         self.said += 1
 
     def cycles_until_stopped(self, *, beating: bool) -> float:
@@ -114,9 +114,9 @@ def test_cycle_lasts_20_ms_at_most() -> None:
 
 
 def test_wheels_are_stopped_once_when_the_heartbeat_is_too_old(robot: Robot) -> None:
+    last_s = robot.wheels.now_s
     robot.say()
     robot.guard.cycle()
-    last_s = robot.wheels.now_s
     while robot.wheels.stops == 0:
         robot.guard.cycle()
     assert HEARTBEAT_LIMIT_S < robot.wheels.now_s - last_s <= HEARTBEAT_LIMIT_S + 2 * CYCLE_S
@@ -136,19 +136,36 @@ def test_heartbeats_keep_the_wheels_from_being_stopped_and_their_end_stops_them_
         assert robot.wheels.stops == silence + 1
 
 
-def test_an_order_is_carried_out_and_what_was_applied_is_reported(robot: Robot) -> None:
+def test_an_order_is_carried_out_and_what_was_applied_is_reported_with_the_next_readings(robot: Robot) -> None:
     robot.say(order(left_rad_s=12.0, right_rad_s=24.0))
     robot.guard.cycle()
     half = WheelCommand(left_rad_s=6.0, right_rad_s=12.0, answers_ns=7)
     assert robot.wheels.commands == [half]
+    robot.wheels.waiting = [WheelReadings(until_ns=9, stamps_ns=Packed.of([9], "i8"), angles_rad=Packed.of(np.zeros((1, 2)), "f8"))]
+    robot.guard.cycle()
     assert [report.applied for report in robot.agent.take(GuardReport)] == [half]
 
 
 def test_wheels_stop_when_no_order_follows_although_the_agent_still_beats(robot: Robot) -> None:
     robot.say(order(valid_s=0.45))
     robot.guard.cycle()
-    assert 0.45 <= robot.cycles_until_stopped(beating=True) <= 0.45 + 2 * CYCLE_S
+    assert 0.45 - CYCLE_S <= robot.cycles_until_stopped(beating=True) + 1e-9 <= 0.45 + CYCLE_S
     assert robot.agent.take(GuardReport)[-1].applied == STOP
+
+
+def test_an_order_that_has_waited_too_long_in_the_pipe_turns_no_wheel(robot: Robot) -> None:
+    robot.say(order(valid_s=0.45))
+    robot.wheels.now_s += 0.5
+    robot.guard.cycle()
+    assert not robot.wheels.turning
+
+
+def test_a_hazard_and_an_order_to_stop_are_both_told(robot: Robot) -> None:
+    robot.wheels.condition = WheelCondition(hazard="wheel-drop left")
+    robot.guard.cycle()
+    robot.say(latch=LatchOrder(order="stop", reason="a cat"))
+    robot.guard.cycle()
+    assert robot.agent.take(GuardReport)[-1].latch.reason == "wheel-drop left; a cat"
 
 
 def test_wheels_stop_when_the_agent_stands_still_in_mid_drive(robot: Robot) -> None:

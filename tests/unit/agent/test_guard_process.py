@@ -5,6 +5,7 @@ from __future__ import annotations
 import socket
 import subprocess
 import sys
+import time
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -100,7 +101,9 @@ def test_instructions_reach_the_guard(ends: Ends) -> None:
     ends.guard.instruct()
     ends.guard.instruct(drive)
     ends.guard.instruct(latch=latch)
-    assert ends.pipe.take(Instruction) == [Instruction(count=0), Instruction(count=1, drive=drive), Instruction(count=2, latch=latch)]
+    taken = ends.pipe.take(Instruction)
+    assert [(each.count, each.drive, each.latch) for each in taken] == [(0, None, None), (1, drive, None), (2, None, latch)]
+    assert 0.0 < taken[0].sent_s <= taken[2].sent_s <= time.monotonic()
 
 
 def test_closing_ends_the_pipe_and_waits_for_the_process(ends: Ends) -> None:

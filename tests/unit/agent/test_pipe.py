@@ -48,9 +48,9 @@ def test_messages_arrive_whole_and_in_order(sockets: tuple[socket.socket, socket
 def test_instructions_arrive_as_they_were_given(sockets: tuple[socket.socket, socket.socket]) -> None:
     helm, guard = map(Pipe, sockets)
     given = [
-        Instruction(count=0, drive=order()),
-        Instruction(count=1, latch=LatchOrder(order="stop", reason="a cat")),
-        Instruction(count=2),
+        Instruction(count=0, sent_s=5.0, drive=order()),
+        Instruction(count=1, sent_s=5.0, latch=LatchOrder(order="stop", reason="a cat")),
+        Instruction(count=2, sent_s=5.0),
     ]
     for instruction in given:
         helm.send(instruction)
@@ -71,18 +71,18 @@ def test_no_order_holds_for_longer_than_half_a_second(valid_s: float) -> None:
 
 def test_message_in_two_halves_arrives_once_it_is_whole(sockets: tuple[socket.socket, socket.socket]) -> None:
     ours, theirs = sockets
-    Pipe(ours).send(Instruction(count=7))
+    Pipe(ours).send(Instruction(count=7, sent_s=5.0))
     data = theirs.recv(1000)
     helm = Pipe(theirs)
     ours.send(data[:5])
     assert helm.take(Instruction) == []
     ours.send(data[5:])
-    assert helm.take(Instruction) == [Instruction(count=7)]
+    assert helm.take(Instruction) == [Instruction(count=7, sent_s=5.0)]
 
 
 def test_last_words_are_heard_after_the_other_end_is_gone(sockets: tuple[socket.socket, socket.socket]) -> None:
     helm, guard = map(Pipe, sockets)
-    helm.send(Instruction(count=1))  # which the guard never reads
+    helm.send(Instruction(count=1, sent_s=5.0))  # which the guard never reads
     guard.send(report(2))
     guard.close()
     assert helm.take(GuardReport) == [report(2)]

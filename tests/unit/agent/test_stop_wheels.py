@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from agent.stop_wheels import main
+from agent.stop_wheels import TIMES, main
 from tests.unit.agent.drivers.port import Port
 
 CONFIG = """\
@@ -23,12 +23,12 @@ port = "{port}"
 
 
 @pytest.mark.parametrize(("driver", "stop"), [("ros_arduino_bridge", b"m 0 0\r"), ("create2", b"\x91\0\0\0\0")])
-def test_stop_is_said_and_nothing_else(tmp_path: Path, driver: str, stop: bytes) -> None:
+def test_stop_is_said_more_than_once_and_nothing_else(tmp_path: Path, driver: str, stop: bytes) -> None:
     port = Port(tmp_path)
     port.plug_in()
     (tmp_path / "r1.toml").write_text(CONFIG.format(driver=driver, port=port.path))
     assert main(["--config", str(tmp_path / "r1.toml")]) == 0
-    assert port.heard() == stop
+    assert port.heard() == TIMES * stop
     port.pull()
 
 
