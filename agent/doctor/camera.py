@@ -14,7 +14,7 @@ from agent.doctor.finding import Finding, bad, good, warning
 from agent.drivers.camera import Camera
 from agent.drivers.cameras import open_camera
 from agent.rig import Calibration
-from agent.vision.brightness import BRIGHT_PERCENTILE, LEAST_LEVEL
+from agent.vision.brightness import LEAST_LEVEL, brightness
 from agent.vision.sharpness import BLURRED, sharpness
 from protocol.news import News
 from protocol.stage_clock import StageClock
@@ -72,7 +72,7 @@ def judge(pictures: list[Picture], trouble: str) -> list[Finding]:
 
 
 def _exposure(picture: Picture) -> Finding:
-    bright = float(np.percentile(picture[::8, ::8], BRIGHT_PERCENTILE))
+    bright = brightness(picture)
     seen = f"the brightest parts have level {bright:.0f} of 255"
     if bright < LEAST_LEVEL:
         return bad("exposure", seen, "too dark to tell floor from noise", "more light, or a longer exposure_s and more gain")

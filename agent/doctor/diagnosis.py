@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
-from agent.config import AgentConfig, BusCameraSettings, load_config
+from agent.config import AgentConfig, PiCameraSettings, V4l2CameraSettings, load_config
 from agent.doctor.calibration import examine_calibration
 from agent.doctor.camera import examine_camera
 from agent.doctor.finding import Finding, bad, good, warning
@@ -46,7 +46,8 @@ def diagnose(config_file: Path, ask: Callable[[str], None] | None = None) -> Ite
 
 
 def _rate_hz(config: AgentConfig) -> float:
-    return WORLD_RATE_HZ if isinstance(config.camera, BusCameraSettings) else getattr(config.camera, "rate_hz", WORLD_RATE_HZ)
+    camera = config.camera
+    return camera.rate_hz if isinstance(camera, V4l2CameraSettings | PiCameraSettings) else WORLD_RATE_HZ
 
 
 def _examine_link(config: AgentConfig) -> tuple[AgentStatus | None, list[Finding]]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import socket
 import time
 
+from agent.clocks.clock_filter import ClockFilter, Exchange
 from agent.doctor.finding import Finding, bad, good, warning
 from protocol.bus import Bus
 from protocol.errors import LinkError
@@ -71,18 +72,18 @@ def _rights(endpoint: str) -> Finding:
 
 
 def _clock(bus: Bus) -> list[Finding]:
-    """Return by how much the clocks differ, of several answers the one that came quickest."""
-    readings: list[tuple[float, float]] = []
+    """Return by how much the wall clocks differ, as an agent measures its own."""
+    exchanges = ClockFilter()
     for _ in range(_QUESTIONS):
-        asked_s, asked_wall_s = time.monotonic(), time.time()
+        asked_ns = time.time_ns()
         answers: list[ClockReading] = bus.ask(SERVER_CLOCK, ANSWER_S)
-        took_s = time.monotonic() - asked_s
         if answers and answers[0].runs == "wall":
-            readings.append((took_s, 1e-9 * answers[0].stamp_ns - (asked_wall_s + 0.5 * took_s)))
-    if not readings:
+            reached_ns = asked_ns + round(1e9 * answers[0].waited_s)
+            exchanges.add(Exchange(reached_ns, answers[0].stamp_ns, time.time_ns()))
+    if not len(exchanges):
         return [good("clock", "that of a replayed or simulated world")]
-    took_s, offset_s = min(readings)
-    seen = f"the map server's is {offset_s:+.3f} s ahead, to {500.0 * took_s:.1f} ms"
-    if abs(offset_s) > MOST_OFFSET_S:
+    offset = exchanges.line(time.time_ns()).offset()
+    seen = f"the map server's is {offset.offset_s:+.3f} s ahead, to {1e3 * offset.sigma_s:.1f} ms"
+    if abs(offset.offset_s) > MOST_OFFSET_S:
         return [warning("clock", seen, "this machine does not keep the network's time", "timedatectl set-ntp true")]
     return [good("clock", seen)]

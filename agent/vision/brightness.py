@@ -15,6 +15,11 @@ _STRIDE = 8
 TOO_DARK = "camera: too dark: more light, or a longer exposure_s and more gain"
 
 
+def brightness(picture: NDArray[np.uint8]) -> float:
+    """Return the level of the brightest things in a picture, (rows, cols, ...), but for lamps."""
+    return float(np.percentile(picture[::_STRIDE, ::_STRIDE], BRIGHT_PERCENTILE))
+
+
 class Brightness:
     """Watches the brightest parts of one camera's pictures."""
 
@@ -23,7 +28,7 @@ class Brightness:
 
     def look(self, picture: NDArray[np.uint8]) -> None:
         """Take a picture, (rows, cols, ...)."""
-        self._levels.append(float(np.percentile(picture[::_STRIDE, ::_STRIDE], BRIGHT_PERCENTILE)))
+        self._levels.append(brightness(picture))
 
     @property
     def complaint(self) -> str:
