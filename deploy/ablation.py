@@ -17,9 +17,9 @@ from agent.drivers.bus_camera import captured
 from agent.full_method import FullMethod
 from agent.methods import make_pipeline
 from agent.pipeline import Method, Pipeline
-from agent.rig import Body
 from agent.slam.self_calibration import AsDrawn
 from agent.wheel_history import WheelHistory
+from deploy.bodies import drawn_body
 from deploy.evaluation.evaluate import TeamPaths, score_team
 from deploy.evaluation.truth import read_truth
 from deploy.evaluation.tum import Trajectory
@@ -102,15 +102,10 @@ class _Robot:
         return seen.model_copy(update={name: () for name, is_kept in kept.items() if not is_kept})
 
 
-def _body(robot: RecordedRobot) -> Body:
-    rig = robot.rig
-    return Body(rig.body_radius_m, rig.body_height_m, rig.wheel_base_m, rig.wheel_radius_m, rig.deck_radius_m, rig.deck_height_m)
-
-
 def _by(method: Method, robot: RecordedRobot) -> Pipeline:
-    return make_pipeline(robot.name, 0, method, _body(robot), read_calibration(robot.sensor_file), StageClock())
+    return make_pipeline(robot.name, 0, method, drawn_body(robot.rig), read_calibration(robot.sensor_file), StageClock())
 
 
 def _as_drawn(robot: RecordedRobot) -> Pipeline:
-    calibration, body = read_calibration(robot.sensor_file), _body(robot)
+    calibration, body = read_calibration(robot.sensor_file), drawn_body(robot.rig)
     return FullMethod(robot.name, 0, body, calibration, StageClock(), AsDrawn(calibration, body))

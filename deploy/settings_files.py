@@ -13,6 +13,7 @@ from agent.calibration import read_calibration
 from agent.config import AgentConfig
 from agent.pipeline import Method
 from agent.range_bearing.config import RangeBearingConfig
+from deploy.bodies import LENGTHS
 from mapserver.config import MapServerConfig
 from protocol.errors import ConfigError
 from protocol.settings import Settings, parse
@@ -30,7 +31,6 @@ CENTIMETRES: Mapping[str, object] = MappingProxyType(
     {"relinearise_above": 0.05, "relinearise_every": 10, "extra_iterations": 0, "most_poses": 12_000, "kept_poses": 9_000}
 )
 
-_BODY = {"body_radius_m", "body_height_m", "wheel_base_m", "wheel_radius_m", "deck_radius_m", "deck_height_m"}
 _START = {"name", "initial_pose", "initial_pose_sigma", "body_radius_m"}
 
 
@@ -79,7 +79,7 @@ def agent_settings(team: Team, robot: TeamRobot, method: Method, swarm_endpoint:
     """Return the settings of a robot's agent, whose camera and wheels are in the world at `world_endpoint`. Raises ConfigError."""
     document = {
         "robot": {"name": robot.name, "site": SITE, "endpoint": swarm_endpoint, "method": method},
-        "body": robot.rig.model_dump(include=_BODY),
+        "body": robot.rig.model_dump(include=LENGTHS),
         "camera": {"endpoint": world_endpoint, "calibration": str(robot.sensor_file.absolute())},
         "wheels": {"endpoint": world_endpoint},
     }

@@ -13,9 +13,10 @@ from rich.table import Table
 from agent.calibration import read_calibration
 from agent.config import AgentConfig, load_config
 from agent.rig import Calibration
+from deploy.bodies import drawn_body
 from deploy.calibration.rig import FoundRig, Watched, calibration_of, found_rig
 from deploy.calibration.rig_live import FIGURE, watch_robot
-from deploy.calibration.rig_recording import drawn_body, recorded_robot, watch_recording
+from deploy.calibration.rig_recording import recorded_robot, watch_recording, without_rim
 from protocol.bus import Bus
 from protocol.errors import ConfigError
 from sim.recording import RecordedRobot, Recording
@@ -94,7 +95,8 @@ def _watch_recorded(robot: RecordedRobot, console: Console, *, shows_rim: bool) 
     drawn = read_calibration(robot.sensor_file)
     with Progress(console=console, transient=True) as bar:
         task = bar.add_task(f"{robot.name}: looking at the floor", total=len(robot.camera))
-        return watch_recording(robot, drawn_body(robot, shows_rim=shows_rim), drawn, lambda: bar.advance(task))
+        body = drawn_body(robot.rig)
+        return watch_recording(robot, body if shows_rim else without_rim(body), drawn, lambda: bar.advance(task))
 
 
 def _watch_running(config: AgentConfig, seconds_s: float, console: Console) -> Watched:

@@ -19,7 +19,6 @@ from protocol.stage_clock import StageClock
 from sim.recording import RecordedRobot, Recording
 
 LEAST_PICTURES = 10
-_LENGTHS = {"body_radius_m", "body_height_m", "wheel_base_m", "wheel_radius_m", "deck_radius_m", "deck_height_m"}
 
 
 def recorded_robot(recording: Recording, name: str | None) -> RecordedRobot:
@@ -30,10 +29,9 @@ def recorded_robot(recording: Recording, name: str | None) -> RecordedRobot:
     raise ConfigError(f"{recording.folder}: there is no robot {name}; there are {', '.join(recording.names)}")
 
 
-def drawn_body(robot: RecordedRobot, *, shows_rim: bool) -> Body:
-    """Return the robot's body as drawn; without the size of the rim, the picture shows no length that is known."""
-    body = Body(**robot.rig.model_dump(include=_LENGTHS))
-    return body if shows_rim else replace(body, deck_radius_m=None, deck_height_m=None)
+def without_rim(body: Body) -> Body:
+    """Return a body without the size of its rim: then the picture shows no length that is known."""
+    return replace(body, deck_radius_m=None, deck_height_m=None)
 
 
 def watch_recording(robot: RecordedRobot, body: Body, calibration: Calibration, progress: Callable[[], None]) -> Watched:

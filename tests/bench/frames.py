@@ -13,6 +13,7 @@ from agent.calibration import read_calibration
 from agent.drivers.bus_camera import captured
 from agent.rig import Body, Calibration
 from agent.wheel_history import WheelHistory, WheelState
+from deploy.bodies import drawn_body
 from protocol.errors import RecordingError
 from protocol.messages import Frame
 from sim.player import stored_frame
@@ -107,6 +108,4 @@ def enlarged_calibration(calibration: Calibration, times: int) -> Calibration:
 
 
 def _subject(robot: RecordedRobot, enlarged: int) -> Subject:
-    rig = robot.rig
-    body = Body(rig.body_radius_m, rig.body_height_m, rig.wheel_base_m, rig.wheel_radius_m, rig.deck_radius_m, rig.deck_height_m)
-    return Subject(robot.name, body, enlarged_calibration(read_calibration(robot.sensor_file), enlarged), robot, enlarged)
+    return Subject(robot.name, drawn_body(robot.rig), enlarged_calibration(read_calibration(robot.sensor_file), enlarged), robot, enlarged)
