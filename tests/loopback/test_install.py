@@ -30,14 +30,7 @@ Install = Callable[..., subprocess.CompletedProcess[str]]
 def image(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Return a folder with a fresh Debian; its mirror may be out of reach, which is not the installation's fault."""
     folder = tmp_path_factory.mktemp("image")
-    made = subprocess.run(
-        ["debootstrap", "--variant=minbase", "--include=python3,python3-venv,systemd,udev", "bookworm", str(folder)],
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    if made.returncode:
-        pytest.skip(f"debootstrap could not make an image: {made.stdout.splitlines()[-1]}")
+    run_or_skip("debootstrap", "--variant=minbase", "--include=python3,python3-venv,systemd,udev", "bookworm", str(folder))
     return folder
 
 
@@ -48,14 +41,7 @@ def wheels(tmp_path_factory: pytest.TempPathFactory) -> Path:
     versions = folder / "versions"
     versions.write_text("\n".join(re.findall(r"^[\w.-]+==[^ ;\\]+", (ROOT / "requirements.lock").read_text(), flags=re.MULTILINE)))
     needed = [*BUILT_WITH, "--constraint", str(versions), f"{ROOT}[agent]"]
-    got = subprocess.run(
-        [sys.executable, "-m", "pip", "wheel", "--quiet", "--wheel-dir", str(folder), "--prefer-binary", *needed],
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    if got.returncode:
-        pytest.skip(f"the packages cannot be fetched: {got.stderr.splitlines()[-1]}")
+    run_or_skip(sys.executable, "-m", "pip", "wheel", "--quiet", "--wheel-dir", str(folder), "--prefer-binary", *needed)
     return folder
 
 
@@ -97,6 +83,13 @@ def test_a_folder_that_is_no_debian_is_refused_in_one_line(tmp_path: Path) -> No
     refused = subprocess.run([str(ROOT / "deploy" / "install.sh"), "--root", str(tmp_path)], capture_output=True, text=True, check=False)
     assert refused.returncode == 2
     assert refused.stderr == f"install.sh: {tmp_path} is no Debian and no Raspberry Pi OS: /etc/debian_version is missing\n"
+
+
+def run_or_skip(*command: str) -> None:
+    """Run what needs a registry, and skip the test, with the last thing it said, where that is out of reach."""
+    done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False)
+    if done.returncode:
+        pytest.skip(f"{command[0]} failed: {done.stdout.strip().splitlines()[-1]}")
 
 
 def inside(image: Path, *command: str) -> subprocess.CompletedProcess[str]:

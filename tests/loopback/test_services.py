@@ -15,6 +15,7 @@ import pytest
 
 from protocol.bus import Bus
 from tests.loopback.agent_files import CONFIG, SENSOR
+from tests.service_manager import notify_socket
 
 ROOT = Path(__file__).parents[2]
 DEADLINE_S = 30.0
@@ -24,9 +25,7 @@ MAP_SERVER = '[[robots]]\nname = "r1"\n'
 @pytest.fixture
 def systemd(tmp_path: Path) -> Iterator[socket.socket]:
     """Yield a socket that listens as systemd does."""
-    with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as listener:
-        listener.bind(str(tmp_path / "notify"))
-        listener.settimeout(DEADLINE_S)
+    with notify_socket(tmp_path, DEADLINE_S) as listener:
         yield listener
 
 

@@ -11,14 +11,13 @@ import pytest
 
 from protocol.errors import LinkError
 from protocol.service_manager import ServiceManager
+from tests.service_manager import notify_socket
 
 
 @pytest.fixture
 def systemd(tmp_path: Path) -> Iterator[socket.socket]:
     """Yield a socket that listens as systemd does."""
-    with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as listener:
-        listener.bind(str(tmp_path / "notify"))
-        listener.setblocking(False)
+    with notify_socket(tmp_path, 0.0) as listener:
         yield listener
 
 

@@ -5,25 +5,18 @@ from __future__ import annotations
 import pytest
 
 from sim.wall_time import WallTime
+from tests.set_clock import SetClock
 
 START_NS, PERIOD_NS = 1_700_000_000_000_000_000, 100_000_000
 
 
-class Clock:
-    def __init__(self) -> None:
-        self.now_s = 50.0
-
-    def __call__(self) -> float:
-        return self.now_s
+@pytest.fixture
+def clock() -> SetClock:
+    return SetClock(50.0)
 
 
 @pytest.fixture
-def clock() -> Clock:
-    return Clock()
-
-
-@pytest.fixture
-def pace(clock: Clock) -> WallTime:
+def pace(clock: SetClock) -> WallTime:
     return WallTime(clock, lambda: START_NS)
 
 
@@ -33,7 +26,7 @@ def test_steps_are_due_when_the_wall_clock_shows_their_stamps(pace: WallTime) ->
     assert pace.due_s(START_NS + PERIOD_NS) == pytest.approx(50.1)
 
 
-def test_a_late_step_makes_no_later_one_late(pace: WallTime, clock: Clock) -> None:
+def test_a_late_step_makes_no_later_one_late(pace: WallTime, clock: SetClock) -> None:
     clock.now_s = 53.0
     pace.began(START_NS + PERIOD_NS)
     assert pace.due_s(START_NS + 2 * PERIOD_NS) == pytest.approx(50.2)
@@ -41,7 +34,7 @@ def test_a_late_step_makes_no_later_one_late(pace: WallTime, clock: Clock) -> No
     assert pace.wall_s == pytest.approx(3.0)
 
 
-def test_pictures_are_shown_until_the_next_step_is_due_and_dropped_after(pace: WallTime, clock: Clock) -> None:
+def test_pictures_are_shown_until_the_next_step_is_due_and_dropped_after(pace: WallTime, clock: SetClock) -> None:
     clock.now_s = 50.09
     assert pace.may_show(START_NS + PERIOD_NS)
     assert pace.late_steps == 0
