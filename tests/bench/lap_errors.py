@@ -2,24 +2,18 @@
 
 from __future__ import annotations
 
-import tempfile
 from collections import defaultdict
 from dataclasses import dataclass
-from pathlib import Path
+from itertools import takewhile
 
 import numpy as np
 
-from agent.calibration import read_calibration
-from agent.full_method import FullMethod
-from agent.rig import Body
-from agent.wheel_history import WheelHistory
 from mapserver.mapping.pose_graph import PoseGraph
 from mapserver.mapping.track import Start
 from protocol.geometry import Pose2
 from protocol.messages import LocalMap, Revisit
-from sim.handout import write_handout
-from sim.scenario import Scenario
 from sim.world.scene import FloorKind
+from tests.bench.lap_agent import LapAgent
 from tests.bench.lap_world import ROBOT, lap_frames, lap_scenario, start
 from tests.bench.statistics import Stopwatch
 
@@ -41,17 +35,15 @@ class LapErrors:
 
 def lap_errors(floor: FloorKind, laps: int, seed: int) -> LapErrors:
     """Drive laps on a floor."""
-    scenario, wheels, watch = lap_scenario(floor, seed), WheelHistory(), Stopwatch()
-    agent = _agent(scenario, watch)
+    scenario, watch = lap_scenario(floor, seed), Stopwatch()
+    agent = LapAgent(scenario, watch)
     graphs = {method: PoseGraph({ROBOT: Start(start())}) for method in METHODS}
     truth: dict[int, Pose2] = {}
     errors: dict[str, dict[int, list[tuple[float, float]]]] = {method: defaultdict(list) for method in METHODS}
     misses_mm: list[float] = []
-    for frame in lap_frames(scenario, laps):
+    for frame in takewhile(lambda frame: frame.lap < laps, lap_frames(scenario)):
         truth[frame.stamp_ns] = frame.arena_from_body
-        wheels.add(frame.encoders.stamps_ns, frame.encoders.angles_rad, frame.stamp_ns)
-        at_ns = frame.stamp_ns + round(1e9 * agent.wheel_lag_s)
-        seen = agent.step(frame.stamp_ns, frame.picture, wheels.state_at(at_ns)).local_map
+        seen = agent.step(frame)
         misses_mm += [_missed(truth, revisit, frame.stamp_ns)[0] for revisit in seen.revisits]
         for method, graph in graphs.items():
             errors[method][frame.lap].append(_off(frame.arena_from_body, _solved(graph, seen, has_landmarks=method == "with")))
@@ -75,15 +67,6 @@ def markdown_rows(floor: FloorKind, found: LapErrors) -> str:
 
 def _numbers(values: list[float]) -> str:
     return ", ".join(f"{value:.2f}" for value in values)
-
-
-def _agent(scenario: Scenario, watch: Stopwatch) -> FullMethod:
-    rig = scenario.robots[0].rig
-    body = Body(rig.body_radius_m, rig.body_height_m, rig.wheel_base_m, rig.wheel_radius_m, rig.deck_radius_m, rig.deck_height_m)
-    with tempfile.TemporaryDirectory() as folder:
-        write_handout(scenario, Path(folder))
-        calibration = read_calibration(Path(folder, ROBOT, "cam0", "sensor.yaml"))
-    return FullMethod(ROBOT, 0, body, calibration, watch)
 
 
 def _solved(graph: PoseGraph, seen: LocalMap, *, has_landmarks: bool) -> Pose2:

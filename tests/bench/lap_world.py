@@ -66,10 +66,10 @@ def way_m(point: int) -> Array:
     return np.array([HALF_LENGTH_M * math.sin(turn), HALF_WIDTH_M * math.sin(2.0 * turn)])
 
 
-def lap_frames(scenario: Scenario, laps: int) -> Iterator[LapFrame]:
-    """Yield the frames of some laps."""
+def lap_frames(scenario: Scenario) -> Iterator[LapFrame]:
+    """Yield the frames of lap after lap, without end."""
     world, cameras, pilot = world_of(scenario), Cameras(eyes_of(scenario), scenario.seed), _Pilot(scenario.seed)
-    while pilot.lap < laps:
+    while True:
         moment = world.step()
         pose = moment.robots[0].arena_from_body
         yield LapFrame(pilot.lap, moment.stamp_ns, cameras.picture(ROBOT, moment), moment.encoders[ROBOT], pose)

@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 import math
-import os
 import time
 from collections.abc import Iterator
-from dataclasses import dataclass
-from pathlib import Path
 
 from mapserver.batching import Batch
 from mapserver.pipeline import MapPipeline
 from protocol.geometry import Pose2
 from protocol.messages import LocalMap
 from protocol.stage_clock import StageClock
+from tests.soak.sample import Sample, resident_mb
 from tests.unit.mapserver.worlds import STEP_NS, Swarm, rectangle, region_of, settings, smear_of
 
 STEP_S = STEP_NS * 1e-9
@@ -23,21 +21,10 @@ BOX_HEIGHT_M = 0.15
 SIGHT_M = 2.0
 SPEED_M_S = 0.15
 PICTURE_EVERY = 5  # local maps; the others hold motion and sightings alone, as those do whose picture was dropped
-_PAGE_BYTES = os.sysconf("SC_PAGE_SIZE")
-
-
-@dataclass(frozen=True)
-class Sample:
-    """What the map server takes at one moment of the drive."""
-
-    world_s: float
-    memory_mb: float  # resident memory of this process
-    step_ms: float  # mean processor time of a step since the last sample
-    error_m: float  # of the worst robot's newest pose
 
 
 def drive(world_s: float, every_s: float) -> Iterator[Sample]:
-    """Drive for so long in world time, and yield a sample as often as asked for."""
+    """Drive for so long in world time, and yield a sample as often as asked for; its error is of the worst robot's newest pose."""
     swarm = Swarm(STARTS, dict.fromkeys(STARTS, (0.0, 0.0, 0.0)))
     pipeline = MapPipeline([settings(robot, pose) for robot, pose in STARTS.items()], StageClock())
     motions = {robot: _circling(pose) for robot, pose in STARTS.items()}
@@ -51,11 +38,6 @@ def drive(world_s: float, every_s: float) -> Iterator[Sample]:
             error_m = max(math.dist(each.arena_from_body[:2], swarm.poses[each.robot][:2]) for each in merged.poses.robots)
             yield Sample(number * STEP_S, resident_mb(), 1e3 * spent_s / between, error_m)
             spent_s = 0.0
-
-
-def resident_mb() -> float:
-    """Return the resident memory of this process [MB]; see proc(5), statm."""
-    return int(Path("/proc/self/statm").read_text(encoding="ascii").split()[1]) * _PAGE_BYTES * 1e-6
 
 
 def _circling(start: Pose2) -> Pose2:
