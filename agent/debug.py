@@ -40,10 +40,11 @@ def labels(view: View) -> Picture:
 def connected(view: View) -> Picture:
     """Draw the labels after the connection algorithm, with their numbers (Fig. 5)."""
     canvas = Canvas(_without_floor(view))
-    for rectangle, label in zip(view.rectangles, view.labels, strict=True):
-        canvas.rectangle(rectangle, _GREEN)
-        canvas.tag(str(label), rectangle[:2], _GREEN)
-    return canvas.captioned(f"{len(view.rectangles)} labels after connection")
+    for border in view.borders_px:
+        canvas.polygon(border, _GREEN)
+    for border, label in zip(view.borders_px, view.labels, strict=True):
+        canvas.tag(str(label), border[border[:, 1].argmin()], _GREEN)
+    return canvas.captioned(f"{len(view.labels)} labels after connection")
 
 
 def vectors(view: View) -> Picture:

@@ -104,7 +104,9 @@ class FullMethod:
             tall = tall_bases(bases, self._body.body_height_m, borders, self._optics.view, self._optics.projection)
             robots = self._watch.look(grey, motion.odom_from_body, tall, self._shown_in(mask))
         with stage("report"):
-            self._show = partial(make_view, stamp_ns, picture, mask, self._optics.view, (vectors, kept), regions, robots)
+            self._show = partial(
+                make_view, stamp_ns, picture, mask, self._optics.view, (borders.edges, labels), (vectors, kept), regions, robots
+            )
             seen = Surroundings(FLOOR_RANGE_IN_HEIGHTS * self._optics.height_m, regions, robots, recognition)
             reported = local_map(frame, motion, seen, self._optics.view.body_range_m, self._optics.height_m)
             return Step(reported, motion_summary(frame, vectors, kept))

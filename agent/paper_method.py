@@ -109,7 +109,8 @@ class PaperMethod:
         with stage("report"):
             moving = tell_robots(vectors.select(kept), motion.previous_from_body)
             objects = describe(self._last.corners_px, self._last.labels, moving, self._projection, self._floor_view.reach_m)
-            self._show = partial(make_view, stamp_ns, picture, mask, self._floor_view, (vectors, kept), objects, [])
+            labelled = regions.corners_px, np.arange(1, len(regions) + 1, dtype=np.int32)
+            self._show = partial(make_view, stamp_ns, picture, mask, self._floor_view, labelled, (vectors, kept), objects, [])
             seen = Surroundings(self._floor_view.reach_m, objects, [])
             return Step(self._message(frame, motion, seen), motion_summary(frame, vectors, kept))
 

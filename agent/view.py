@@ -10,12 +10,9 @@ from numpy.typing import NDArray
 
 from agent.slam.regions import SeenRegion
 from agent.vision.floor_view import FloorView
-from agent.vision.labels import label_regions
 from agent.vision.motion_vectors import MotionVectors
 from agent.vision.robot_fit import RobotFit
 from protocol.geometry import Array
-
-LEAST_BLOB_PX = 25  # of the mask; smaller ones are noise
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,7 +23,7 @@ class View:
     picture: NDArray[np.uint8]  # (rows, cols, 3) BGR
     mask: NDArray[np.uint8]  # (rows / scale, cols / scale): 1 is not floor
     rectangles_before: NDArray[np.int32]  # (n, 4) x, y, width, height [picture px]: labels before region connection
-    rectangles: NDArray[np.int32]  # (m, 4) after it
+    borders_px: list[Array]  # after it, per label (j, 2) [picture px]
     labels: NDArray[np.int32]  # (m,)
     starts_px: Array  # (k, 2) motion vectors in the picture
     ends_px: Array
@@ -44,24 +41,28 @@ def make_view(
     picture: NDArray[np.uint8],
     mask: NDArray[np.uint8],
     floor_view: FloorView,
+    labelled: tuple[list[Array], NDArray[np.int32]],
     vectors: tuple[MotionVectors, NDArray[np.bool_]],
     regions: list[SeenRegion],
     robots: list[RobotFit],
 ) -> View:
-    """Return the view of one frame; the mask, (rows, cols) of the floor view, is laid into one of the whole picture's shape."""
+    """Return the view of one frame; the mask, (rows, cols) of the floor view, is laid into one of the whole picture's shape.
+
+    `labelled` holds the border of each region, (j, 2) [view px], and its label; `vectors` all that were followed, and which are kept.
+    """
     scale = floor_view.scale
     whole = np.zeros((picture.shape[0] // scale, picture.shape[1] // scale), np.uint8)
     whole[floor_view.crop] = mask
-    connected = label_regions(whole, LEAST_BLOB_PX)
     separate = np.array([cv2.boundingRect(border) for border in cv2.findContours(whole, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_SIMPLE)[0]])
+    borders, labels = labelled
     followed, kept = vectors
     return View(
         stamp_ns=stamp_ns,
         picture=picture,
         mask=whole,
         rectangles_before=(separate.reshape(-1, 4) * scale).astype(np.int32),
-        rectangles=connected.rectangles * np.int32(scale),
-        labels=np.arange(1, len(connected) + 1, dtype=np.int32),
+        borders_px=[floor_view.camera_pixels(border) for border in borders],
+        labels=labels,
         starts_px=followed.starts_px,
         ends_px=followed.ends_px,
         starts_m=followed.starts_m,

@@ -35,6 +35,11 @@ class Regions:
         """The label of every pixel, shape (h, w)."""
         return self.label_of_component[self.components]
 
+    @property
+    def corners_px(self) -> list[Array]:
+        """The corners of every rectangle, each (4, 2)."""
+        return [np.array([(x, y), (x + w, y), (x + w, y + h), (x, y + h)], float) for x, y, w, h in self.rectangles.tolist()]
+
     def labels_at(self, points_px: ArrayLike) -> NDArray[np.int32]:
         """Return the labels, shape (n,), at points (n, 2) [px]; 0 on the floor, outside the picture and for NaN."""
         points = np.asarray(points_px, dtype=np.float64).reshape(-1, 2)

@@ -21,7 +21,10 @@ def view() -> View:
         picture=np.full((480, 640, 3), 120, dtype=np.uint8),
         mask=mask,
         rectangles_before=np.array([(120, 80, 40, 80), (165, 80, 35, 80), (400, 280, 120, 80)], dtype=np.int32),
-        rectangles=np.array([(120, 80, 80, 80), (400, 280, 120, 80)], dtype=np.int32),
+        borders_px=[
+            np.array([(120.0, 80.0), (200.0, 80.0), (200.0, 160.0), (120.0, 160.0)]),
+            np.array([(400.0, 280.0), (520.0, 280.0), (460.0, 360.0)]),
+        ],
         labels=np.array([1, 12], dtype=np.int32),
         starts_px=starts_px,
         ends_px=starts_px + np.array([0.0, 20.0]),

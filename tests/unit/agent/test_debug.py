@@ -33,7 +33,7 @@ def test_labels_show_things_as_they_are_and_the_floor_dark(view: View) -> None:
     assert picture[240, 320].max() < 80
 
 
-def test_labels_have_their_rectangles_before_and_after_connection(view: View) -> None:
+def test_labels_have_their_rectangles_before_connection_and_their_borders_after_it(view: View) -> None:
     assert green(debug.labels(view))[120, 160]  # the right edge of the first of two parts
     assert not green(debug.connected(view))[120, 160]
     assert green(debug.connected(view))[120, 200]
@@ -83,7 +83,7 @@ def test_every_picture_can_be_drawn_of_a_view_that_holds_nothing(view: View, nam
         view,
         mask=np.zeros_like(view.mask),
         rectangles_before=view.rectangles_before[:0],
-        rectangles=view.rectangles[:0],
+        borders_px=[],
         labels=view.labels[:0],
         starts_px=view.starts_px[:0],
         ends_px=view.ends_px[:0],

@@ -99,6 +99,7 @@ def test_a_picture_of_two_things_and_noise_has_two_labels() -> None:
     regions = label_regions(picture([5, 5, 10, 10], [40, 20, 20, 5], [30, 50, 1, 1]), min_area_px=4)
     assert len(regions) == 2
     assert regions.rectangles.tolist() == [[5, 5, 10, 10], [40, 20, 20, 5]]
+    assert regions.corners_px[1].tolist() == [[40, 20], [60, 20], [60, 25], [40, 25]]
     assert regions.areas_px.tolist() == [100, 100]
     assert regions.centres_px.tolist() == [[9.5, 9.5], [49.5, 22.0]]
     assert regions.labels_at([[5.4, 14.4], [59.4, 20.0], [30.0, 50.0], [0.0, 0.0]]).tolist() == [1, 2, 0, 0]
