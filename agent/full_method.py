@@ -56,9 +56,10 @@ class FullMethod:
         self._colours: FloorColours | None = None
         self._ego = EgoMotion(optics.patch, optics.shutter, self._rig.wheels, WheelNoise())
         self._corners = CornerFollower(optics.view, optics.projection, optics.view.scale / float(np.mean(calibration.focal_px)))
-        self._landmarks = Landmarks(optics.patch.reach_m)
+        self._landmarks = Landmarks(optics.patch)
         self._memory = FloorMemory(optics.patch, optics.view.body_range_m, body.body_radius_m, optics.eye_m)
         self._watch = RobotWatch(optics.fitter, body.body_radius_m, optics.eye_m)
+        self._lifts = 0
         self._last: tuple[Picture, Mask] | None = None  # grey camera picture, and what is not floor in the view
         self._show: Callable[[], View] | None = None
 
@@ -108,7 +109,7 @@ class FullMethod:
                 make_view, stamp_ns, picture, mask, self._optics.view, (borders.edges, labels), (vectors, kept), regions, robots
             )
             seen = Surroundings(FLOOR_RANGE_IN_HEIGHTS * self._optics.height_m, regions, robots, recognition)
-            reported = local_map(frame, motion, seen, self._optics.view.body_range_m, self._optics.height_m)
+            reported = local_map(frame, motion, None if motion.in_doubt else seen, self._optics.view.body_range_m, self._optics.height_m)
             return Step(reported, motion_summary(frame, vectors, kept))
 
     @property
@@ -124,9 +125,15 @@ class FullMethod:
     def _recognise_place(self, stamp_ns: int, motion: Motion) -> Recognition | None:
         """Go on in the map of the floor; return the place that is recognised there, and enter the newest keyframe if it has one."""
         self._landmarks.move(motion)
-        recognition = None if self._ego.glance is None else self._landmarks.look(self._ego.glance)
-        if self._ego.begun is not None:
-            self._landmarks.enter(stamp_ns, self._ego.begun)
+        glance, begun = self._ego.glance, self._ego.begun
+        if glance is None or motion.in_doubt:
+            return None
+        if motion.lifts > self._lifts:
+            self._lifts = motion.lifts
+            self._landmarks.lose()
+        recognition = self._landmarks.look(glance)
+        if begun is not None:
+            self._landmarks.enter(stamp_ns, begun, glance)
         return recognition
 
     def _learn_rig(self, grey: Picture) -> None:
@@ -146,7 +153,7 @@ class FullMethod:
             grey, mask = self._last
             bare = optics.patch.bare(mask, FLOOR_MARGIN_IN_HEIGHTS * optics.height_m)
             self._ego.look_back(optics.patch.texture(optics.patch.sample(grey)), bare)
-        self._landmarks = Landmarks(optics.patch.reach_m)  # with the wrong rig, floor lies elsewhere
+        self._landmarks = Landmarks(optics.patch)  # with the wrong rig, floor lies elsewhere
         self._corners.refit(optics.view, optics.projection)
         self._memory = FloorMemory(optics.patch, optics.view.body_range_m, self._body.body_radius_m, optics.eye_m)
         self._watch.refit(optics.fitter, optics.eye_m)

@@ -43,7 +43,7 @@ class Surroundings:
 
 
 def local_map(frame: Frame, motion: Motion, seen: Surroundings | None, body_range_m: float, camera_height_m: float) -> LocalMap:
-    """Return the message; `seen` is None where the picture was dropped."""
+    """Return the message; `seen` is None where the picture was dropped, or shows what is no floor to be mapped."""
     regions = [] if seen is None else [region for region in seen.regions if not region.flat]
     return LocalMap(
         robot=frame.robot,
@@ -60,6 +60,7 @@ def local_map(frame: Frame, motion: Motion, seen: Surroundings | None, body_rang
         regions=tuple(_region(region, outline) for region, outline in zip(regions, _fitting_outlines(regions), strict=True)),
         sightings=() if seen is None else tuple(_sighting(robot) for robot in seen.robots),
         revisits=() if seen is None or seen.recognition is None else (_revisit(seen.recognition),),
+        lifts=motion.lifts,
     )
 
 

@@ -78,7 +78,7 @@ class MapPipeline:
         with self._clock.stage("objects"):
             self._things.clear(bodies)
             self._things.fit()
-            self._objects = self._things.objects(beliefs)
+            self._objects = self._things.objects(self._graph.last_beliefs())
         with self._clock.stage("overlay"):
             self._overlay.clear(bodies)
             tiles = self._overlay.take_changes([item.footprint.array() for item in self._objects])
@@ -101,11 +101,12 @@ class MapPipeline:
         return Trajectories(robots=tuple(self._trajectory(robot) for robot in self._robots))
 
     def _extend_paths(self, local_maps: Sequence[LocalMap]) -> None:
-        """Extend all paths; that of a robot that was lifted ends, and a new one begins with no place."""
+        """Extend all paths; that of a robot that was lifted ends, and a new one begins, with no place but what its floor tells."""
         for local_map in local_maps:
-            if self._ties.lifts.take_lifted(local_map.robot):
+            if self._graph.tells_of_lift(local_map) or self._ties.lifts.take_lifted(local_map.robot):
                 self._graph.lose(local_map.robot)
             self._graph.add(local_map)
+            self._graph.place_by_floor(local_map)
 
     def _let_join(self, batch: Batch) -> None:
         """Enter robots that have found their place by what nobody named; Ties enters those that need no more than names."""

@@ -28,7 +28,7 @@ from protocol.fields import (
     packed_as,
 )
 
-PROTOCOL_VERSION = 5
+PROTOCOL_VERSION = 6
 
 UNKNOWN, FREE, OCCUPIED = 0, 1, 2  # a cell of the map
 
@@ -83,7 +83,7 @@ class LocalMap(Message):
     epoch: Count  # grows with every start of the agent
     seq: Count  # counts local maps within the epoch, from 0
     stamp_ns: StampNs  # capture time of the frame
-    picture: Literal["used", "dropped"]  # dropped: no usable picture, so motion is predicted and regions are empty
+    picture: Literal["used", "dropped"]  # dropped: unusable, or the robot may be off the floor; motion is predicted, regions are empty
     odom_from_body: PoseTuple
     previous_from_body: PoseTuple  # motion since the local map seq - 1 (identity for seq 0)
     motion_covariance: PoseCovariance
@@ -93,6 +93,7 @@ class LocalMap(Message):
     regions: Annotated[tuple[Region, ...], Field(max_length=64)]
     sightings: Annotated[tuple[Sighting, ...], Field(max_length=64)]
     revisits: Annotated[tuple[Revisit, ...], Field(max_length=4)] = ()
+    lifts: Count = 0  # so often within the epoch the robot was put down elsewhere: over that, nobody knows its motion
 
 
 class MotionVectors(Message):

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from agent.slam.floor_motion import Glance, Keyframe, align, make_keyframe
+from agent.slam.floor_motion import Alignment, Glance, Keyframe, align, make_keyframe
+from agent.slam.lifting import LiftWatch
 from agent.slam.odometry import WheelGeometry, WheelNoise, arc_motion, motion_covariance, travel
 from agent.slam.wheel_path import WheelPath
 from agent.vision.floor_patch import Field, FloorPatch
@@ -28,6 +29,8 @@ class Motion:
     previous_from_body: Pose2
     covariance: Array  # (3, 3) of previous_from_body [m, m, rad; body]
     from_floor: bool  # False: by wheels alone
+    lifts: int = 0  # so often the robot has been lifted and put down elsewhere since it was started
+    in_doubt: bool = False  # whether it may be so just now
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,6 +54,7 @@ class EgoMotion:
         self._since_keyframe: list[WheelState] = []
         self._odom_from_keyframe = Pose2.identity()
         self._odom_from_body = Pose2.identity()
+        self._lifting = LiftWatch(KEYFRAME_DISTANCE_IN_REACHES * patch.reach_m)
         self.pair: Pair | None = None  # of the last step, where the floor told the motion
         self.glance: Glance | None = None  # of the last step, if that had a picture
         self.begun: Keyframe | None = None  # with the last step's picture
@@ -59,6 +63,7 @@ class EgoMotion:
         """Go on with a rig that is known better, and whose wheels are read for a moment that is later by so much."""
         self._patch, self._shutter, self._wheels = patch, shutter, wheels
         self._keyframe, self._since_keyframe, self.pair = None, [], None
+        self._lifting.forget()
         if self._wheels_then is not None:
             angles_rad, speeds_rad_s = self._wheels_then
             self._wheels_then = WheelState(angles_rad + later_s * speeds_rad_s, speeds_rad_s)
@@ -78,6 +83,7 @@ class EgoMotion:
         """Take one step without a picture."""
         motion, covariance = self.predict(wheels)
         self.pair, self.glance, self.begun = None, None, None
+        self._lifting.move(motion)
         return self._accept(wheels, self._odom_from_body @ motion, covariance, from_floor=False)
 
     def advance(self, wheels: WheelState, cells: Field, bare: NDArray[np.bool_]) -> Motion:
@@ -87,6 +93,7 @@ class EgoMotion:
         self.glance, self.begun = glance, None
         predicted = self._odom_from_keyframe.between(self._odom_from_body @ wheel_motion)
         found = None if self._keyframe is None else align(self._keyframe, glance, predicted, wheel_covariance)
+        self._watch_floor(glance, wheel_motion, predicted, found)
         if self._keyframe is None or found is None:
             motion = self._accept(wheels, self._odom_from_keyframe @ predicted, wheel_covariance, from_floor=False)
             self.pair = None
@@ -101,6 +108,14 @@ class EgoMotion:
     def _glance(self, wheels: WheelState, cells: Field, bare: NDArray[np.bool_]) -> Glance:
         return Glance(cells, bare, self._shutter, *travel(wheels.speeds_rad_s, self._wheels))
 
+    def _watch_floor(self, glance: Glance, wheel_motion: Pose2, predicted: Pose2, found: Alignment | None) -> None:
+        """Watch for the robot being lifted: by what the wheels say, where the body should be in the keyframe, and where it was found."""
+        self._lifting.move(wheel_motion)
+        if found is not None:
+            self._lifting.agree(glance)
+        elif self._keyframe is not None:
+            self._lifting.disagree(self._keyframe, predicted)
+
     def _begin_keyframe(self, glance: Glance) -> None:
         self._keyframe = make_keyframe(self._patch, glance)
         self._odom_from_keyframe, self._since_keyframe = self._odom_from_body, self._since_keyframe[-1:]
@@ -109,7 +124,8 @@ class EgoMotion:
         previous = self._odom_from_body
         self._wheels_then, self._odom_from_body = wheels, odom_from_body
         self._since_keyframe.append(wheels)
-        return Motion(odom_from_body, previous.between(odom_from_body), covariance, from_floor)
+        way = previous.between(odom_from_body)
+        return Motion(odom_from_body, way, covariance, from_floor, self._lifting.lifts, self._lifting.is_in_doubt)
 
     def _left_keyframe(self) -> bool:
         way = self._odom_from_keyframe.between(self._odom_from_body)

@@ -12,6 +12,9 @@ EXTRAPOLATION_HORIZON_S = 1.0  # the wheel guard stops a robot without a fresh s
 SILENT_MOTION_SIGMA_PER_S = np.array([0.1, 0.1, 0.3])  # a silent robot may do something else than its last motion [m/s, m/s, rad/s; body]
 
 
+VAGUE = np.diag([1.0, 1.0, 0.25])  # of a robot that was just found: what found it is tied as well, and tells the rest [m, m, rad]
+
+
 class Belief(NamedTuple):
     """A pose and its covariance, shape (3, 3), in the body frame [m, m, rad]; `predicted`: no measurement at this stamp."""
 

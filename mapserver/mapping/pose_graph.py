@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mapserver.mapping.association import sighted_point
-from mapserver.mapping.belief import Belief, Twist, extrapolate
+from mapserver.mapping.belief import VAGUE, Belief, Twist, extrapolate
 from mapserver.mapping.covariance import made_definite
 from mapserver.mapping.odometry import LEAST_MOTION_VARIANCE, STANDING, Chain, interpolated, motion
 from mapserver.mapping.sighting_noise import SightingLedger
@@ -31,6 +31,7 @@ from protocol.messages import LocalMap, Revisit, Sighting
 MOST_GAP_S = 0.3  # between two poses on a path that goes on
 MAX_STAMP_GAP_S = 0.06  # between a sighting and the nearest pose of the robot that it shows
 CAUCHY_SCALE = 2.0  # whitened residual at which a sighting, or a place recognised, loses half its weight
+PAST_SIGMA = np.array([0.01, 0.01, 0.01])  # of a pose that has left the graph, besides what the rest has in common with it [m, m, rad]
 _FIRST_LANDMARK_KEY = 1 << 62  # beyond all robots'
 
 
@@ -128,10 +129,28 @@ class PoseGraph:
             track.belief = track.belief.moved(twist.body_from_next, twist.covariance)
 
     def lose(self, robot: str) -> None:
-        """End the path of a robot that has a place: it is elsewhere, nobody knows where. Its next local map begins a chain."""
+        """End the path of a robot: it is elsewhere, nobody knows where. Its next local map begins a chain."""
         self._chains[robot] = Chain()
-        self._tracks[robot].searched_ns = None
+        if robot in self._tracks:
+            self._tracks[robot].searched_ns = None
         self._ledger.forget(robot)
+
+    def tells_of_lift(self, local_map: LocalMap) -> bool:
+        """Tell whether the robot was lifted and put down elsewhere after its last local map, which this one follows."""
+        path = self._chains.get(local_map.robot) or self._tracks[local_map.robot]
+        return path.last is not None and path.last.epoch == local_map.epoch and path.last.lifts != local_map.lifts
+
+    def place_by_floor(self, local_map: LocalMap) -> None:
+        """Enter a robot without a place by the floor in its newest local map, where that is recognised from when it had one."""
+        track = self._tracks.get(local_map.robot)
+        if track is None or self.has_place(local_map.robot):
+            return
+        for revisit in local_map.revisits:
+            then = self._pose_then(track, revisit.stamp_ns)
+            if then is not None:
+                self.place(local_map.robot, local_map.stamp_ns, Belief(then @ Pose2(*revisit.then_from_body), VAGUE))
+                self._tie_revisit(track, revisit)
+                return
 
     def update(self) -> dict[str, Belief]:
         """Solve with all that was added since the last call and return where each placed robot is at its own newest stamp."""
@@ -159,6 +178,10 @@ class PoseGraph:
     def beliefs(self, stamp_ns: int) -> dict[str, Belief]:
         """Return where the robots that have a place are at a stamp, in the order of their names."""
         return {robot: self.belief(robot, stamp_ns) for robot in self._indices if self.has_place(robot)}
+
+    def last_beliefs(self) -> dict[str, Belief]:
+        """Return where every robot that has ever had a place was last believed to be."""
+        return {robot: track.belief for robot, track in self._tracks.items()}
 
     def pose(self, robot: str, stamp_ns: int) -> Pose2 | None:
         """Return the pose of a robot that has a place at a stamp gone by or near; None where it was not heard of then."""
@@ -240,13 +263,24 @@ class PoseGraph:
         self._factors.add(gtsam.BetweenFactorPose2(key - 1, key, to_gtsam(twist.body_from_next), noise))
 
     def _tie_revisit(self, track: Track, revisit: Revisit) -> None:
-        """Tie the newest of a track's variables to the one of an earlier stamp, if there is one: its local map may have been lost."""
-        then = Node.of(track, revisit.stamp_ns)
-        if then is None or then.gap_s > 0.0 or then.key == track.newest_key():
+        """Tie the newest of a track's variables to the pose of an earlier stamp, if there is one: its local map may have been lost.
+
+        A pose that has left the graph stays where it was.
+        """
+        then, node = self._pose_then(track, revisit.stamp_ns), Node.of(track, revisit.stamp_ns)
+        if then is None or track.stamps_ns[-1] == revisit.stamp_ns:
             return
+        key, between = track.newest_key(), Pose2(*revisit.then_from_body)
         covariance = made_definite(covariance_matrix(revisit.covariance), LEAST_MOTION_VARIANCE)
-        between = to_gtsam(Pose2(*revisit.then_from_body))
-        self._factors.add(gtsam.BetweenFactorPose2(then.key, track.newest_key(), between, _robust(covariance)))
+        if node is not None and node.gap_s == 0.0:
+            self._factors.add(gtsam.BetweenFactorPose2(node.key, key, to_gtsam(between), _robust(covariance)))
+        else:
+            self._factors.add(gtsam.PriorFactorPose2(key, to_gtsam(then @ between), _robust(covariance + np.diag(PAST_SIGMA**2))))
+
+    def _pose_then(self, track: Track, stamp_ns: int) -> Pose2 | None:
+        """Return a track's pose of exactly this stamp, as it is believed to have been; None where there is none."""
+        node = Node.of(track, stamp_ns)
+        return self._pose(node.key) if node is not None and node.gap_s == 0.0 else track.past.pose(stamp_ns)
 
     def _node(self, robot: str, stamp_ns: int) -> Node | None:
         return Node.of(self._tracks[robot], stamp_ns) if self.has_place(robot) else None

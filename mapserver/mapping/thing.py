@@ -142,7 +142,7 @@ class Thing:
         self.add(other.views, other.heights)
 
     def as_object(self, beliefs: Mapping[str, Belief]) -> MapObject:
-        """Return the thing as it goes on the wire, with the robots' present `beliefs` for its uncertainty."""
+        """Return the thing as it goes on the wire, with the robots' last `beliefs` for its uncertainty."""
         covariance = self._centre_covariance(beliefs)
         return MapObject(
             id=self.number,

@@ -133,7 +133,7 @@ class ThingTracker:
                 thing.fit(self._floor.is_bare)
 
     def objects(self, beliefs: Mapping[str, Belief]) -> tuple[MapObject, ...]:
-        """Return the things that are believed in, pieces put together, with the robots' present `beliefs` for their uncertainty."""
+        """Return the things that are believed in, pieces put together, with the robots' last `beliefs` for their uncertainty."""
         return tuple(thing.as_object(beliefs) for thing in wholes([thing for thing in self._things if thing.is_shown()]))
 
     def _on_clusters(self, clusters: Clusters) -> dict[int, Thing]:

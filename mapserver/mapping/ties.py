@@ -4,16 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-import numpy as np
-
 from mapserver.mapping.association import associate
-from mapserver.mapping.belief import Belief
+from mapserver.mapping.belief import VAGUE, Belief
 from mapserver.mapping.lifting import LiftWatch, Look
 from mapserver.mapping.pose_graph import PoseGraph
 from mapserver.mapping.strangers import Strangers
 from protocol.messages import LocalMap, Sighting
-
-VAGUE = np.diag([1.0, 1.0, 0.25])  # of a robot that was just found: the sightings that found it are tied as well, and tell the rest
 
 
 class Ties:

@@ -50,6 +50,11 @@ class Past:
         if len(self.stamps_ns) > MOST_PAST_POSES:
             del self.stamps_ns[1::2], self.poses[1::2]
 
+    def pose(self, stamp_ns: int) -> Pose2 | None:
+        """Return the pose of exactly this stamp, if it is remembered."""
+        at = bisect_left(self.stamps_ns, stamp_ns)
+        return self.poses[at] if at < len(self.stamps_ns) and self.stamps_ns[at] == stamp_ns else None
+
 
 @dataclass
 class Track:

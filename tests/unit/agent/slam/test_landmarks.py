@@ -53,7 +53,7 @@ def drive_laps(landmarks: Landmarks, laps: int, floor: str = "concrete") -> tupl
         stand(landmarks, PAUSE_FRAMES)
         found = landmarks.look(glance(place, noise, floor))
         recognised += [] if found is None else [found]
-        landmarks.enter(number, keyframe(place, noise, floor))
+        landmarks.enter(number, keyframe(place, noise, floor), glance(place, noise, floor))
         if place == 0:
             alone.append(by_steps.log())
             mapped.append(landmarks.map_from_body.log())
@@ -61,8 +61,8 @@ def drive_laps(landmarks: Landmarks, laps: int, floor: str = "concrete") -> tupl
 
 
 def test_error_grows_over_the_first_lap_only() -> None:
-    landmarks = Landmarks(PATCH.reach_m)
-    landmarks.enter(0, keyframe(0, 0, "concrete"))
+    landmarks = Landmarks(PATCH)
+    landmarks.enter(0, keyframe(0, 0, "concrete"), glance(0, 0, "concrete"))
     alone, mapped, recognised = drive_laps(landmarks, laps=4)
     off_m, mapped_m = (np.hypot(*rows[:, :2].T) for rows in (alone, mapped))
     assert (np.diff(off_m) > 5e-4).all()
@@ -74,8 +74,8 @@ def test_error_grows_over_the_first_lap_only() -> None:
 
 
 def test_a_recognition_tells_the_way_from_the_earlier_frame() -> None:
-    landmarks = Landmarks(PATCH.reach_m)
-    landmarks.enter(0, keyframe(0, 0, "concrete"))
+    landmarks = Landmarks(PATCH)
+    landmarks.enter(0, keyframe(0, 0, "concrete"), glance(0, 0, "concrete"))
     _, _, recognised = drive_laps(landmarks, laps=2)
     assert recognised[0].stamp_ns == 0
     for found in recognised:
@@ -84,56 +84,94 @@ def test_a_recognition_tells_the_way_from_the_earlier_frame() -> None:
 
 
 def test_a_place_that_was_only_just_left_tells_nothing() -> None:
-    landmarks = Landmarks(PATCH.reach_m)
-    landmarks.enter(0, keyframe(0, 0, "concrete"))
+    landmarks = Landmarks(PATCH)
+    landmarks.enter(0, keyframe(0, 0, "concrete"), glance(0, 0, "concrete"))
     for stamp_ns in range(1, AWAY_KEYFRAMES):
         stand(landmarks, PAUSE_FRAMES)
         assert landmarks.look(glance(0, 1, "concrete")) is None
-        landmarks.enter(stamp_ns, keyframe(0, 1, "concrete"))
+        landmarks.enter(stamp_ns, keyframe(0, 1, "concrete"), glance(0, 1, "concrete"))
     assert len(landmarks) == 1
 
 
 def test_a_floor_that_has_changed_is_forgotten_and_entered_anew() -> None:
-    landmarks = Landmarks(PATCH.reach_m)
-    landmarks.enter(0, keyframe(0, 0, "concrete"))
+    landmarks = Landmarks(PATCH)
+    landmarks.enter(0, keyframe(0, 0, "concrete"), glance(0, 0, "concrete"))
     landmarks.move(moved(Pose2.identity(), sigma=2e-3))
     for _ in range(AWAY_KEYFRAMES):
-        landmarks.enter(1, keyframe(0, 0, "concrete"))
+        landmarks.enter(1, keyframe(0, 0, "concrete"), glance(0, 0, "concrete"))
     for _ in range(MOST_FAILURES + 1):
         stand(landmarks, PAUSE_FRAMES)
         assert landmarks.look(glance(0, 0, "wood")) is None
     assert len(landmarks) == 0
-    landmarks.enter(2, keyframe(0, 0, "wood"))
+    landmarks.enter(2, keyframe(0, 0, "wood"), glance(0, 0, "wood"))
     assert len(landmarks) == 1
 
 
 def test_blind_steps_are_forgiven_once_the_floor_agrees_with_an_earlier_keyframe() -> None:
-    landmarks = Landmarks(PATCH.reach_m)
-    landmarks.enter(0, keyframe(0, 0, "concrete"))
+    landmarks = Landmarks(PATCH)
+    landmarks.enter(0, keyframe(0, 0, "concrete"), glance(0, 0, "concrete"))
     for _ in range(10):
         landmarks.move(Motion(Pose2.identity(), Pose2.identity(), 0.02**2 * np.eye(3), from_floor=False))
     landmarks.move(moved(Pose2.identity()))
     for stamp_ns in range(1, AWAY_KEYFRAMES + 1):
-        landmarks.enter(stamp_ns, keyframe(0, 1, "concrete"))
+        landmarks.enter(stamp_ns, keyframe(0, 1, "concrete"), glance(0, 1, "concrete"))
     assert landmarks.look(glance(0, 1, "concrete")) is not None
     assert len(landmarks) == 1
 
 
 def test_who_came_far_by_wheels_alone_begins_a_new_map() -> None:
-    landmarks = Landmarks(PATCH.reach_m)
+    landmarks = Landmarks(PATCH)
     for place in range(2):
         landmarks.move(moved(STEP))
-        landmarks.enter(place, keyframe(place, 0, "concrete"))
+        landmarks.enter(place, keyframe(place, 0, "concrete"), glance(place, 0, "concrete"))
     assert len(landmarks) == 2
     landmarks.move(Motion(STEP, STEP, 0.1**2 * np.eye(3), from_floor=False))
-    landmarks.enter(2, keyframe(2, 0, "concrete"))
+    landmarks.enter(2, keyframe(2, 0, "concrete"), glance(2, 0, "concrete"))
     assert len(landmarks) == 1
 
 
 @pytest.mark.parametrize("ways", [2 * MOST_LANDMARKS])
 def test_a_way_without_end_fills_no_more_than_the_bound(ways: int) -> None:
-    landmarks = Landmarks(PATCH.reach_m)
+    landmarks = Landmarks(PATCH)
     for stamp_ns in range(ways):
         landmarks.move(moved(Pose2(0.3, 0.0, 0.0), sigma=1e-5))
-        landmarks.enter(stamp_ns, keyframe(0, 0, "concrete"))
+        landmarks.enter(stamp_ns, keyframe(0, 0, "concrete"), glance(0, 0, "concrete"))
     assert len(landmarks) == MOST_LANDMARKS
+
+
+TURNED = Pose2(0.1, -0.07, 2.5)  # how a robot was put down again, beside where it was
+
+
+@cache
+def glance_at(pose: Pose2, floor: str) -> Glance:
+    return Glance(*patch_of(render(floor, pose, seed=7)), SHUTTER)
+
+
+def lifted(floor: str, places: int = PLACES) -> Landmarks:
+    """Return the map of a robot that was lifted after a lap."""
+    landmarks = Landmarks(PATCH)
+    landmarks.enter(0, keyframe(0, 0, floor), glance(0, 0, floor))
+    for place in range(1, places):
+        landmarks.move(moved(STEP))
+        landmarks.enter(place, keyframe(place, 0, floor), glance(place, 0, floor))
+    landmarks.lose()
+    return landmarks
+
+
+@pytest.mark.parametrize("floor", ["concrete", "paint", "wood"])
+def test_a_lifted_robot_finds_itself_from_any_side_to_half_a_millimetre(floor: str) -> None:
+    landmarks, start = lifted(floor), Pose2(0.0, -RADIUS_M, 0.0)
+    found = landmarks.look(glance_at(start @ TURNED, floor))
+    assert found is not None
+    assert np.abs(TURNED.between(landmarks.map_from_body).log()).max() < 5e-4
+    then = start @ Pose2.exp(found.stamp_ns * STEP.log())  # stamps are numbers of places
+    assert np.abs((start @ TURNED).between(then @ found.then_from_body).log()).max() < 5e-4
+
+
+@pytest.mark.parametrize(("known", "here"), [("grid", "grid"), ("paint", "wood"), ("wood", "concrete")])
+def test_on_a_floor_that_repeats_itself_or_is_another_a_lifted_robot_is_not_found_and_enters_nothing(known: str, here: str) -> None:
+    landmarks = lifted(known)
+    for _ in range(PLACES):
+        assert landmarks.look(glance_at(TURNED, here)) is None
+    landmarks.enter(99, keyframe(0, 1, known), glance(0, 1, known))
+    assert len(landmarks) == PLACES
