@@ -30,7 +30,7 @@ STATUS_PERIOD_S = 1.0
 SILENCE_S = 3.0  # without a frame for so long, the status says so
 
 NOT_GROWING = "frame: stamp does not grow"
-UNUSED = "picture: not usable"
+OFF_FLOOR = "picture: the floor is not where the wheels say, as if the robot were lifted"
 WHEELS_LATE = "wheel readings: late"
 WHEELS_ENDED = "wheel readings: ended before the frame"
 CLOCK_UNKNOWN = "clock: not known yet"
@@ -105,6 +105,7 @@ class Service:
         self._frames = {"received": 0, "used": 0, "dropped": 0}
         self._reasons: Counter[str] = Counter()
         self._last_stamp_ns = -1
+        self._lifts = 0
         self._last_frame_s = self._last_status_s = clock_s()
         self._maps = bus.publisher(LOCAL_MAP, robot=self._robot)
         self._vectors = bus.publisher(MOTION_VECTORS, robot=self._robot)
@@ -172,9 +173,12 @@ class Service:
         with self._clock.stage("watch"):
             self._look_after(frame, fault, angles_rad, step)
         if step.local_map.picture == "dropped":
-            self._drop(frame, fault or UNUSED)
+            self._drop(frame, fault or OFF_FLOOR)
         else:
             self._frames["used"] += 1
+        if step.local_map.lifts > self._lifts:
+            self._lifts = step.local_map.lifts
+            _log.warning("%s was put down elsewhere: it looks for floor that it knows, or for others that know it", self._robot)
 
     def _look_after(self, frame: CapturedFrame, fault: str, angles_rad: Array, step: Step) -> None:
         """Have the watch look at the picture, now that all who wait for the frame have what it gave."""

@@ -86,11 +86,12 @@ class FaultTable(Settings):
     """Something that goes wrong for a while."""
 
     robot: Name
-    kind: Literal["camera_freezes", "camera_dark", "camera_silent", "wheel_slips"]
+    kind: Literal["camera_freezes", "camera_dark", "camera_silent", "wheel_slips", "lifted"]
     from_s: Annotated[float, Field(ge=0.0, allow_inf_nan=False)]
     until_s: Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
     wheel: Literal["left", "right"] = "left"  # that slips
     grip: Annotated[float, Field(ge=0.0, le=1.0)] = 0.5  # the part of its turning that still moves the robot
+    to: tuple[FiniteFloat, FiniteFloat, FiniteFloat] = (0.0, 0.0, 0.0)  # where a robot that was lifted is put down, arena_from_body
 
     @model_validator(mode="after")
     def _ends_after_it_began(self) -> Self:

@@ -8,7 +8,7 @@ from protocol.geometry import Array, Pose2
 from sim.footprints import box_footprint, cylinder_footprint, wall_footprints
 from sim.scenario import PersonTable, Scenario
 from sim.scenario_robots import TEAM_RGB, FaultTable, RobotTable
-from sim.world.bodies import Body, Slip
+from sim.world.bodies import Body, Lift, Slip
 from sim.world.cameras import CameraFault
 from sim.world.drive import Drive, Wheels
 from sim.world.people import Walker
@@ -86,7 +86,9 @@ def told_start(scenario: Scenario, index: int) -> Pose2:
 def camera_faults_of(scenario: Scenario) -> tuple[CameraFault, ...]:
     """Return what goes wrong with cameras."""
     return tuple(
-        CameraFault(fault.robot, fault.kind, *_while_ns(scenario, fault)) for fault in scenario.faults if fault.kind != "wheel_slips"
+        CameraFault(fault.robot, fault.kind, *_while_ns(scenario, fault))
+        for fault in scenario.faults
+        if fault.kind != "wheel_slips" and fault.kind != "lifted"
     )
 
 
@@ -117,8 +119,14 @@ def _walls(scenario: Scenario) -> list[Thing]:
 
 def _body(scenario: Scenario, index: int, robot: RobotTable) -> Body:
     slips = [_slip(scenario, fault) for fault in scenario.faults if fault.kind == "wheel_slips" and fault.robot == robot.name]
+    lifts = [Lift(*_while_ns(scenario, fault), Pose2(*fault.to)) for fault in scenario.faults if _lifts(fault, robot)]
     rng = np.random.default_rng([scenario.seed, _DRIVES, index])
-    return Body(body_of(robot, index), Pose2(*robot.start), drive_of(robot), round(1e9 * robot.truth.command_delay_s), rng, slips)
+    delay_ns = round(1e9 * robot.truth.command_delay_s)
+    return Body(body_of(robot, index), Pose2(*robot.start), drive_of(robot), delay_ns, rng, slips, lifts)
+
+
+def _lifts(fault: FaultTable, robot: RobotTable) -> bool:
+    return fault.kind == "lifted" and fault.robot == robot.name
 
 
 def _slip(scenario: Scenario, fault: FaultTable) -> Slip:

@@ -20,8 +20,8 @@ DARK_LEVELS = 4  # what a covered sensor still shows is noise below this value
 class Eye(Protocol):
     """One robot's camera in a scene that does not move."""
 
-    def render(self, arena_from_body: Pose2, others: Sequence[Placed], people: Sequence[Thing]) -> Picture:
-        """Return the picture from a robot at its place, among other robots and people."""
+    def render(self, arena_from_body: Pose2, others: Sequence[Placed], people: Sequence[Thing], height_m: float = 0.0) -> Picture:
+        """Return the picture from a robot at its place, so high above the floor, among other robots and people."""
         ...
 
 
@@ -59,8 +59,8 @@ class Cameras:
 
     def _seen(self, robot: str, moment: Moment) -> Picture:
         [own] = [placed for placed in moment.robots if placed.body.name == robot]
-        others = [placed for placed in moment.robots if placed is not own]
-        return self._eyes[robot].render(own.arena_from_body, others, moment.people)
+        others = [placed for placed in moment.robots if placed is not own and placed.height_m == 0.0]
+        return self._eyes[robot].render(own.arena_from_body, others, moment.people, own.height_m)
 
     def _fault(self, robot: str, stamp_ns: int) -> str | None:
         return next((fault.kind for fault in self._faults if fault.robot == robot and fault.from_ns <= stamp_ns < fault.until_ns), None)

@@ -18,13 +18,15 @@ class Renderer:
 
     def __init__(self, stage: Stage, body: RobotBody, view: View, seed: tuple[int, ...]) -> None:
         self._view = view
-        self._painter = Painter(stage, view)
+        self._stage, self._painters = stage, {0.0: Painter(stage, view)}  # by height above the floor
         self._own = own_body(body, view)
         self._sensor = Sensor(view, stage.scene.exposure, seed)
 
-    def render(self, arena_from_body: Pose2, others: Sequence[Placed], people: Sequence[Thing]) -> Picture:
-        """Return the picture, (height, width, 3) BGR, from a robot at its place, among other robots and people."""
-        canvas = self._painter.canvas(arena_from_body, others, people)
+    def render(self, arena_from_body: Pose2, others: Sequence[Placed], people: Sequence[Thing], height_m: float = 0.0) -> Picture:
+        """Return the picture, (height, width, 3) BGR, from a robot at its place, so high above the floor, among other robots and people."""
+        if height_m not in self._painters:
+            self._painters[height_m] = Painter(self._stage, self._view.raised(height_m))
+        canvas = self._painters[height_m].canvas(arena_from_body, others, people)
         if self._own is not None:
             blend(canvas, self._own.where, self._own.colours)
         return self._sensor.take(self._view.picture_of(canvas))

@@ -45,6 +45,7 @@ class Placed:
 
     body: RobotBody
     arena_from_body: Pose2
+    height_m: float = 0.0  # above the floor, where it is carried
 
 
 @dataclass(frozen=True)

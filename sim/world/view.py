@@ -47,6 +47,12 @@ class View:
     body_from_camera: Array  # (4, 4)
     size_px: tuple[int, int]  # width, height
 
+    def raised(self, height_m: float) -> View:
+        """Return the view of the same camera so much higher above the floor, on which the body's frame stays."""
+        body_from_camera = self.body_from_camera.copy()
+        body_from_camera[2, 3] += height_m
+        return View(self.lens, body_from_camera, self.size_px)
+
     @property
     def eye_m(self) -> Array:
         """Where the camera is, (3,) [m; body]."""

@@ -111,7 +111,9 @@ class World:
         legs = self._legs(until_ns)
         people = Obstacles(legs)
         for body in self._bodies:
-            self._move(body, body.turn_wheels(self._now_ns, until_ns), people, until_ns, seen)
+            target = body.turn_wheels(self._now_ns, until_ns)
+            if not body.carry(until_ns):
+                self._move(body, target, people, until_ns, seen)
         self._now_ns = until_ns
         if (until_ns - self._start_ns) % ENCODER_PERIOD_NS == 0:
             self._read_encoders(seen)
@@ -134,7 +136,7 @@ class World:
                 other.name, *(body_clearance_m(point, _point(other.arena_from_body), other.body.body_radius_m) for point in (before, after))
             )
             for other in self._bodies
-            if other is not body
+            if other is not body and not other.is_carried
         ]
         return [*self._things.near(before, after, reach_m), *people.near(before, after, reach_m), *robots]
 
@@ -151,7 +153,7 @@ class World:
         stamps_ns = np.array(seen.stamps_ns, dtype=np.int64)
         return Moment(
             stamp_ns=self._now_ns,
-            robots=tuple(Placed(body.body, body.arena_from_body) for body in self._bodies),
+            robots=tuple(body.placed() for body in self._bodies),
             people=self._legs(self._now_ns),
             encoders={name: EncoderRows(stamps_ns, np.reshape(np.array(rows), (-1, 2))) for name, rows in seen.angles_rad.items()},
             collisions=tuple(seen.collisions),

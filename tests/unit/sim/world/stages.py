@@ -36,8 +36,10 @@ class TinyEye:
     def __init__(self) -> None:
         self.level = 10
         self.seen: list[tuple[Pose2, list[str], int]] = []
+        self.heights_m: list[float] = []
 
-    def render(self, arena_from_body: Pose2, others: Sequence[Placed], people: Sequence[Thing]) -> Picture:
+    def render(self, arena_from_body: Pose2, others: Sequence[Placed], people: Sequence[Thing], height_m: float = 0.0) -> Picture:
         self.level += 1
+        self.heights_m.append(height_m)
         self.seen.append((arena_from_body, [placed.body.name for placed in others], len(people)))
         return np.full((2, 3, 3), self.level, dtype=np.uint8)

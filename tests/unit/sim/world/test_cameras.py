@@ -6,6 +6,7 @@ from typing import Literal
 
 import pytest
 
+from sim.world.bodies import CARRIED_M
 from sim.world.cameras import DARK_LEVELS, CameraFault, Cameras
 from sim.world.world import Moment
 from tests.unit.sim.world.stages import PERIOD_NS, TinyEye, world
@@ -34,6 +35,18 @@ def test_a_camera_sees_the_others_but_not_itself() -> None:
     [moment] = moments(1)
     Cameras({"r1": TinyEye(), "r2": eye}, seed=1).picture("r2", moment)
     assert eye.seen == [(moment.robots[1].arena_from_body, ["r1"], 0)]
+
+
+def test_a_robot_that_is_carried_looks_from_above_and_is_not_seen() -> None:
+    lift = {"robot": "r2", "kind": "lifted", "from_s": 0.0, "until_s": 1.0, "to": (2.0, 0.0, 0.0)}
+    turning = world((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), faults=[lift])
+    turning.step()
+    eyes = {"r1": TinyEye(), "r2": TinyEye()}
+    for robot in eyes:
+        Cameras(eyes, seed=1).picture(robot, turning.step())
+    assert eyes["r1"].heights_m == [0.0]
+    assert eyes["r1"].seen[0][1] == []
+    assert eyes["r2"].heights_m == [CARRIED_M]
 
 
 def test_a_frozen_camera_shows_its_last_picture() -> None:

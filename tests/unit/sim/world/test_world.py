@@ -66,6 +66,28 @@ def test_a_wheel_that_loses_its_grip_for_a_while_turns_the_robot() -> None:
     assert moments[-1].encoders["r1"].angles_rad[-1] == pytest.approx((5.0, 5.0), abs=0.007)
 
 
+LIFT = {"robot": "r1", "kind": "lifted", "from_s": 0.2, "until_s": 0.6, "to": (0.5, 0.7, 1.5)}
+
+
+def test_a_robot_that_is_lifted_is_carried_to_where_it_is_put_down_whatever_its_wheels_do() -> None:
+    turning = world((-1.0, 0.0, 0.0), faults=[LIFT])
+    drive(turning, "r1")
+    moments = steps(turning, 10)
+    heights_m = [moment.robots[0].height_m for moment in moments]
+    assert [height_m > 0.0 for height_m in heights_m] == [False] * 2 + [True] * 4 + [False] * 4
+    assert moments[5].robots[0].arena_from_body == pytest.approx((0.5, 0.7, 1.5))
+    assert moments[-1].robots[0].arena_from_body == pytest.approx((0.5 + 0.06 * np.cos(1.5), 0.7 + 0.06 * np.sin(1.5), 1.5))
+    assert moments[-1].encoders["r1"].angles_rad[-1] == pytest.approx((5.0, 5.0), abs=0.007)
+
+
+def test_a_robot_that_is_carried_runs_into_nobody() -> None:
+    turning = world(
+        (-1.0, 0.0, 0.0), (-0.7, 0.0, 0.0), faults=[{**LIFT, "robot": "r2", "from_s": 0.0, "until_s": 5.0, "to": (-0.2, 0.0, 0.0)}]
+    )
+    drive(turning, "r1")
+    assert not any(moment.collisions for moment in steps(turning, 20))
+
+
 def test_encoders_are_read_at_50_hz_and_at_the_very_start() -> None:
     turning = world((0.0, 0.0, 0.0))
     drive(turning, "r1")
