@@ -18,6 +18,7 @@ Border = NDArray[np.int32]
 
 BINS = 720  # directions, half a degree each: a pixel or more of the view wherever a thing can stand
 LEAST_SPAN = 8  # directions that the nearer and the farther thing must each take up: less is a ragged border
+_SPAN = np.ones((1, LEAST_SPAN), np.uint8)
 LEAST_BORDER_PX = 80  # around two things, each so wide at the robot's own rim
 NOTHING_M = 1e3  # the range where a region is not seen
 CUT_PX = 2  # wide enough that what remains is not connected across a corner
@@ -27,7 +28,7 @@ def cut_at_depth_steps(not_floor: Mask, view: FloorView, least_step_m: float) ->
     """Return the mask, (rows, cols) of the view, cut along the line of sight wherever a region's near border leaps by `least_step_m`."""
     contours, _ = cv2.findContours(not_floor, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
     borders = [np.asarray(contour[:, 0], np.int32) for contour in contours if len(contour) > LEAST_BORDER_PX]
-    rays = [ray for border in borders for ray in _cuts(border, view, least_step_m)]
+    rays = _cuts(borders, view, least_step_m) if borders else []
     if not rays:
         return not_floor
     opened = not_floor.copy()
@@ -37,15 +38,20 @@ def cut_at_depth_steps(not_floor: Mask, view: FloorView, least_step_m: float) ->
     return opened
 
 
-def _cuts(border: Border, view: FloorView, least_step_m: float) -> list[Array]:
-    """Return the cuts, each (2, 2) from and to [view px], that part a region with this border, (n, 2) u, v."""
-    u, v = border.T
-    range_m = view.range_m[v, u]
-    opposite = float(view.bearing_rad[v, u][np.argmin(range_m)]) - np.pi  # directions are counted from where the region is not
-    bins = ((view.bearing_rad[v, u] - opposite) % (2.0 * np.pi) * (BINS / (2.0 * np.pi))).astype(np.intp) % BINS
-    near_m = np.full(BINS, NOTHING_M)
-    np.minimum.at(near_m, bins, range_m)
-    return [_cut(border[bins == step] - view.nadir_px) + view.nadir_px for step in _steps(near_m, least_step_m)]
+def _cuts(borders: list[Border], view: FloorView, least_step_m: float) -> list[Array]:
+    """Return the cuts, each (2, 2) from and to [view px], that part regions with these borders, (n, 2) u, v each."""
+    counts = np.array([len(border) for border in borders])
+    pixels, border = np.concatenate(borders), np.repeat(np.arange(len(borders)), counts)
+    u, v = pixels.T
+    range_m, bearing_rad = view.range_m[v, u], view.bearing_rad[v, u]
+    is_nearest = range_m == np.minimum.reduceat(range_m, np.cumsum(counts) - counts)[border]
+    opposite = np.empty(len(borders), np.float32)  # directions are counted from where the region is not
+    opposite[border[is_nearest]] = bearing_rad[is_nearest] - np.float32(np.pi)
+    bins = ((bearing_rad - opposite[border]) % (2.0 * np.pi) * (BINS / (2.0 * np.pi))).astype(np.intp) % BINS
+    near_m = np.full((len(borders), BINS), NOTHING_M)
+    np.minimum.at(near_m, (border, bins), range_m)
+    steps = _steps(near_m, least_step_m)
+    return [_cut(pixels[(border == row) & (bins == step)] - view.nadir_px) + view.nadir_px for row, step in steps]
 
 
 def _cut(offsets: Array) -> Array:
@@ -55,18 +61,15 @@ def _cut(offsets: Array) -> Array:
     return np.outer([radius.min() - 2.0 * CUT_PX, radius.max() + 2.0 * CUT_PX], along)
 
 
-def _steps(near_m: Array, least_step_m: float) -> list[int]:
-    """Return the directions in which a thing behind begins to be seen beside one in front, given the least range in each, (BINS,)."""
-    leap_m = np.diff(near_m)
-    seen = (near_m[:-1] < NOTHING_M) & (near_m[1:] < NOTHING_M)
-    away, back = np.flatnonzero(seen & (leap_m > least_step_m)), np.flatnonzero(seen & (leap_m < -least_step_m))
-    after = [int(i) + 1 for i in away if _are_two(near_m[i::-1], near_m[i + 1 :], least_step_m)]
-    before = [int(i) for i in back if _are_two(near_m[i + 1 :], near_m[i::-1], least_step_m)]
-    return after + before
+def _steps(near_m: Array, least_step_m: float) -> list[list[int]]:
+    """Return border and direction where a thing behind begins to be seen beside one in front, given the least ranges, (borders, BINS).
 
-
-def _are_two(front_m: Array, behind_m: Array, least_step_m: float) -> bool:
-    """Tell whether the ranges on both sides of a leap, counted from it, are of two things: wide enough, and one all behind the other."""
-    front, behind = front_m[:LEAST_SPAN], behind_m[:LEAST_SPAN]
-    wide = len(front) == len(behind) == LEAST_SPAN and behind.max() < NOTHING_M
-    return bool(wide and behind.min() > front.max() + 0.5 * least_step_m)
+    On both sides of such a leap there are two things: each wide enough, and the one all behind the other.
+    """
+    nearest, farthest = (extreme(near_m, _SPAN, anchor=(0, 0))[:, : 1 - LEAST_SPAN] for extreme in (cv2.erode, cv2.dilate))
+    first, second = np.s_[:, :-LEAST_SPAN], np.s_[:, LEAST_SPAN:]  # the spans that end at a leap, and those that begin there
+    leap_m = np.diff(near_m)[:, LEAST_SPAN - 1 : 1 - LEAST_SPAN]
+    apart_m = 0.5 * least_step_m
+    away = (leap_m > least_step_m) & (farthest[second] < NOTHING_M) & (nearest[second] > farthest[first] + apart_m)
+    back = (leap_m < -least_step_m) & (farthest[first] < NOTHING_M) & (nearest[first] > farthest[second] + apart_m)
+    return [*(np.argwhere(away) + (0, LEAST_SPAN)).tolist(), *(np.argwhere(back) + (0, LEAST_SPAN - 1)).tolist()]

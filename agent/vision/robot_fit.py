@@ -8,6 +8,7 @@ looked for along its normals, and the cylinder is moved until they agree (Harris
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -16,20 +17,24 @@ from numpy.typing import NDArray
 from agent.vision.floor_projection import FloorProjection
 from agent.vision.floor_view import Picture
 from agent.vision.robust import median, robust_sigma
+from agent.vision.small_systems import solved
 from protocol.geometry import Array
 
 BASE_POINTS, SIDE_POINTS, RIM_POINTS = 24, 14, 16
 ARC_SHARE = 0.92  # of the visible base arc; its ends meet the sides at a corner
 RIM_SHARE = 0.85
 SIDE_FROM, SIDE_TO = 0.07, 0.97  # of the body's height
-_BASE = ARC_SHARE * np.linspace(-1.0, 1.0, BASE_POINTS)
-_SIDES = np.repeat([-1.0, 1.0], SIDE_POINTS)
 _RIM = RIM_SHARE * np.linspace(-1.0, 1.0, RIM_POINTS)
+# Where the points lie, counted from the direction of the camera: turns, and shares of half the angle that the camera sees of the base.
+_TURNS = np.concatenate([np.zeros(BASE_POINTS + 2 * SIDE_POINTS), np.pi + np.pi * _RIM])
+_SHARES = np.concatenate([ARC_SHARE * np.linspace(-1.0, 1.0, BASE_POINTS), np.repeat([-1.0, 1.0], SIDE_POINTS), -_RIM])
 _HEIGHTS = np.concatenate([np.zeros(BASE_POINTS), np.tile(np.linspace(SIDE_FROM, SIDE_TO, SIDE_POINTS), 2), np.ones(RIM_POINTS)])
-_AHEAD, _ASIDE = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)
+STEP_M = 1e-3  # of the centre, and outward: for differences
+_AHEAD, _ASIDE = np.array([STEP_M, 0.0, 0.0]), np.array([0.0, STEP_M, 0.0])
 SEARCH_HALF_PX, SEARCH_STEP_PX = 3.0, 0.75  # along the normals
 PREFERENCE_PX = 2.0  # an edge this far from the expected place counts at 60 % of its strength
 LEAST_CONTRAST = 5.0  # grey levels per pixel of an edge
+LEAST_BEND = -1e-6  # of the contrast about its peak
 CLIPPED_CONTRAST = 12.0  # beyond this an edge counts no more: a printed pattern must not outweigh a silhouette
 MAX_ROUNDS, ROBUST_ROUNDS = 6, 3
 _DAMPING = 1e-6 * np.eye(2)  # keeps a step defined where all edges run one way
@@ -51,8 +56,7 @@ class RobotFit:
     misfit_px: float  # median distance of the upright sides from their edges: tells a base from a ring painted above it
 
 
-@dataclass(frozen=True)
-class _Silhouette:
+class _Silhouette(NamedTuple):
     points: Array  # (..., n, 3) [m; body]
     normals: Array  # (..., n, 3) outward, horizontal
 
@@ -67,6 +71,7 @@ class RobotFitter:
         self._eye_m = projection.body_from_camera[:2, 3]
         steps = np.arange(-SEARCH_HALF_PX, SEARCH_HALF_PX + 1e-9, SEARCH_STEP_PX)
         self._offsets_px = steps[1:-1]
+        self._preference = np.exp(-0.5 * (self._offsets_px / PREFERENCE_PX) ** 2)
         self._profile_px = steps
 
     def search(self, grey: Picture, near_m: float, bearing_rad: float) -> Array | None:
@@ -114,7 +119,7 @@ class RobotFitter:
         towards = np.arctan2(-away[..., 1], -away[..., 0])[..., None]
         distance = np.hypot(away[..., 0], away[..., 1])[..., None]
         half = np.arccos(np.minimum(self._radius_m / distance, 1.0))  # tangents from the camera touch the base here
-        angles = np.concatenate([towards + half * _BASE, towards + half * _SIDES, towards + np.pi + (np.pi - half) * _RIM], axis=-1)
+        angles = towards + _TURNS + half * _SHARES
         normals = np.stack([np.cos(angles), np.sin(angles), np.zeros_like(angles)], axis=-1)
         points = self._radius_m * normals
         points[..., :2] += centres[..., None, :]
@@ -126,29 +131,27 @@ class RobotFitter:
 
         The third result, (n, 2) [px/m], is how the point moves along that normal with the centre.
         """
-        shape = self._silhouette(centre)
-        step = 1e-3
-        moves = step * np.stack(
-            [np.zeros_like(shape.normals), shape.normals, np.full_like(shape.normals, _AHEAD), np.full_like(shape.normals, _ASIDE)]
-        )
-        here, outward, ahead, aside = self._projection.pixels_from_points((shape.points + moves).reshape(-1, 3)).reshape(4, -1, 2)
-        normal = (outward - here) / np.maximum(np.linalg.norm(outward - here, axis=1, keepdims=True), 1e-9)
-        slopes = np.stack([((ahead - here) * normal).sum(axis=1), ((aside - here) * normal).sum(axis=1)], axis=-1) / step
+        points, normals = self._silhouette(centre)
+        moved = np.concatenate([points, points + STEP_M * normals, points + _AHEAD, points + _ASIDE])
+        here, *elsewhere = self._projection.pixels_from_points(moved).reshape(4, -1, 2)
+        outward, ahead, aside = (pixels - here for pixels in elsewhere)
+        normal = outward / np.maximum(np.hypot(outward[:, 0], outward[:, 1]), 1e-9)[:, None]
+        slopes = (np.stack([ahead, aside], axis=1) * normal[:, None]).sum(axis=-1) / STEP_M
         edges, contrast = self._edges(grey, here, normal)
-        found = (contrast > LEAST_CONTRAST) & np.isfinite(here).all(axis=1)
+        found = (contrast > LEAST_CONTRAST) & np.isfinite(here[:, 0])
         return edges, found, slopes
 
     def _edges(self, grey: Picture, here: Array, normal: Array) -> tuple[Array, Array]:
         """Return the place of the strongest edge near each point along its normal (n,) [px], and its contrast (n,) [grey levels per px]."""
         values = _sampled(grey, here[:, None] + self._profile_px[None, :, None] * normal[:, None])
         steepness = np.abs(values[:, 2:] - values[:, :-2]) / (2.0 * SEARCH_STEP_PX)
-        strongest = np.argmax(steepness * np.exp(-0.5 * (self._offsets_px / PREFERENCE_PX) ** 2), axis=1)
+        strongest = np.argmax(steepness * self._preference, axis=1)
         rows = np.arange(len(here))
         inner = np.clip(strongest, 1, steepness.shape[1] - 2)
         before, at, after = steepness[rows, inner - 1], steepness[rows, inner], steepness[rows, inner + 1]
         bend = before - 2.0 * at + after
-        peak = np.where(bend < -1e-6, 0.5 * (before - after) / np.where(bend < -1e-6, bend, 1.0), 0.0)
-        shift = np.where(strongest == inner, np.clip(peak, -0.5, 0.5), 0.0)
+        is_peak = (strongest == inner) & (bend < LEAST_BEND)
+        shift = np.where(is_peak, np.clip(0.5 * (before - after) / np.minimum(bend, LEAST_BEND), -0.5, 0.5), 0.0)
         return self._offsets_px[strongest] + shift * SEARCH_STEP_PX, steepness[rows, strongest]
 
     def _scores(self, grey: Picture, centres: Array) -> Array:
@@ -167,7 +170,7 @@ class RobotFitter:
 def _sampled(grey: Picture, pixels: Array) -> Array:
     """Return the grey levels, (n, m), at pixels (n, m, 2), interpolated; black where the lens does not see them."""
     inside = np.where(np.isfinite(pixels), pixels, -1e3).astype(np.float32)
-    return cv2.remap(grey, inside[..., 0], inside[..., 1], cv2.INTER_LINEAR).astype(np.float64)
+    return cv2.remap(grey, inside, None, cv2.INTER_LINEAR).astype(np.float64)
 
 
 def _robust_move(slopes: Array, edges_px: Array) -> tuple[Array, Array]:
@@ -179,7 +182,7 @@ def _robust_move(slopes: Array, edges_px: Array) -> tuple[Array, Array]:
         scale = max(0.3, robust_sigma(residuals))
         weights = np.asarray((1.0 + (residuals / (1.5 * scale)) ** 2) ** -2, dtype=np.float64)
         weighted = slopes * weights[:, None]
-        move = np.asarray(np.linalg.solve(weighted.T @ slopes + _DAMPING, weighted.T @ edges_px), dtype=np.float64)
+        move = solved(weighted.T @ slopes + _DAMPING, weighted.T @ edges_px)
     return move, weights
 
 
