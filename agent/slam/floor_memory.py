@@ -87,9 +87,10 @@ class FloorMemory:
     def _clear(self, robots_m: Array) -> Mask:
         clear: Mask = self._ring.copy()
         radius_m = self._body_radius_m + GAP_M
-        for centre_m in robots_m[np.hypot(*(robots_m - self._eye_m).T) > radius_m]:
-            hidden = self._patch.cells(covered(centre_m, radius_m, self._eye_m, 2.0 * self._patch.reach_m))
-            cv2.fillConvexPoly(clear, np.rint(hidden[:, ::-1]).astype(np.int32), 0)
+        seen_m = robots_m[np.hypot(*(robots_m - self._eye_m).T) > radius_m]
+        hidden = self._patch.cells(covered(seen_m, radius_m, self._eye_m, 2.0 * self._patch.reach_m))
+        for polygon in np.rint(hidden[..., ::-1]).astype(np.int32):
+            cv2.fillConvexPoly(clear, polygon, 0)
         return clear
 
     def _region(self, outline_m: Array, cells: Picture) -> _Region | None:

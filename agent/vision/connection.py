@@ -27,7 +27,7 @@ def connect_pieces(pieces: list[Pixels], centre_px: Array) -> list[list[int]]:
     """
     if not pieces:
         return []
-    spans = np.array([_span(piece, centre_px) for piece in pieces])
+    spans = _spans(pieces, centre_px)
     narrow = np.flatnonzero(spans[:, 1] - spans[:, 0] < WALL_RAD)
     group_of = np.arange(len(pieces))
     if narrow.size:
@@ -49,13 +49,18 @@ def _split(group: list[int], pieces: list[Pixels]) -> list[list[int]]:
     return [[index] for index in group]
 
 
-def _span(piece: Pixels, centre_px: Array) -> tuple[float, float, float, float]:
-    """Return first and last direction [rad], counted on from the piece's own middle, and least and greatest radius [px]."""
-    offset = piece - centre_px
-    middle = float(np.arctan2(*offset.mean(axis=0)[::-1]))
-    turn = (np.arctan2(offset[:, 1], offset[:, 0]) - middle + np.pi) % (2.0 * np.pi) - np.pi
+def _spans(pieces: list[Pixels], centre_px: Array) -> Array:
+    """Return first and last direction [rad], counted on from a piece's own middle, and least and greatest radius [px], (pieces, 4)."""
+    sizes = np.array([len(piece) for piece in pieces])
+    firsts = np.cumsum(sizes) - sizes
+    offset = np.concatenate(pieces) - centre_px
+    towards = np.add.reduceat(offset, firsts)
+    middle = np.arctan2(towards[:, 1], towards[:, 0])
+    turn = (np.arctan2(offset[:, 1], offset[:, 0]) - np.repeat(middle, sizes) + np.pi) % (2.0 * np.pi) - np.pi
     radius = np.hypot(offset[:, 0], offset[:, 1])
-    return middle + float(turn.min()), middle + float(turn.max()), float(radius.min()), float(radius.max())
+    least_turn, least_radius = (np.minimum.reduceat(values, firsts) for values in (turn, radius))
+    most_turn, most_radius = (np.maximum.reduceat(values, firsts) for values in (turn, radius))
+    return np.column_stack([middle + least_turn, middle + most_turn, least_radius, most_radius])
 
 
 def _boxes(spans: Array) -> NDArray[np.int32]:

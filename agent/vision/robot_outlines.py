@@ -16,7 +16,7 @@ from agent.vision.outlines import SHIFT_BITS, Mask
 from protocol.geometry import Array
 
 GAP_M = 0.025  # around a robot: its contact shadow, and what its place is wrong by
-ARC_POINTS = 9
+_ARC_TURNS, _SIDES = np.linspace(-1.0, 1.0, 9), np.array([-1.0, 1.0])
 NEAR_FACE, ASIDE = 0.85, np.array([-0.4, 0.0, 0.4])  # of a body's radius: where its side shows ...
 UPWARDS = np.linspace(0.05, 0.9, 6)  # ... and of its height
 
@@ -43,22 +43,25 @@ def parted_from_robots(not_floor: Mask, centres_m: Array, radius_m: float, view:
     if not len(seen_m):
         return not_floor
     bodies, gaps = np.zeros_like(not_floor), np.zeros_like(not_floor)
-    for centre_m in seen_m:
-        for mask, cover_m in ((bodies, radius_m), (gaps, radius_m + GAP_M)):
-            covered_px = view.view_pixels(projection.pixels_from_floor(covered(centre_m, cover_m, eye_m, view.reach_m)))
-            cv2.fillConvexPoly(mask, np.rint(covered_px * (1 << SHIFT_BITS)).astype(np.int32), 1, shift=SHIFT_BITS)
-    return np.where(gaps > bodies, 0, not_floor).astype(np.uint8)
+    for mask, cover_m in ((bodies, radius_m), (gaps, radius_m + GAP_M)):
+        corners_m = covered(seen_m, cover_m, eye_m, view.reach_m)
+        corners_px = view.view_pixels(projection.pixels_from_floor(corners_m.reshape(-1, 2))).reshape(corners_m.shape)
+        for polygon in np.rint(corners_px * (1 << SHIFT_BITS)).astype(np.int32):
+            cv2.fillConvexPoly(mask, polygon, 1, shift=SHIFT_BITS)
+    return not_floor * (gaps <= bodies)
 
 
-def covered(centre_m: Array, radius_m: float, eye_m: Array, reach_m: float) -> Array:
-    """Return the floor, polygon (n, 2) [body], that a tall cylinder covers from an eye (2,): from the near arc of its base outward."""
-    away_m = centre_m - eye_m
-    distance_m = float(np.hypot(*away_m))
-    direction_rad, half_rad = np.arctan2(away_m[1], away_m[0]), np.arcsin(radius_m / distance_m)
-    turns = np.linspace(-1.0, 1.0, ARC_POINTS)
-    near = centre_m - radius_m * _unit(direction_rad - turns * (0.5 * np.pi - half_rad))
-    far = eye_m + reach_m * _unit(direction_rad - np.array([-1.0, 1.0]) * half_rad)
-    return np.vstack([near, far])
+def covered(centres_m: Array, radius_m: float, eye_m: Array, reach_m: float) -> Array:
+    """Return the floor, polygons (n, corners, 2) [body], that tall cylinders at (n, 2) cover from an eye (2,).
+
+    Each reaches from the near arc of its base outward.
+    """
+    away_m = centres_m - eye_m
+    direction_rad = np.arctan2(away_m[:, 1], away_m[:, 0])[:, None]
+    half_rad = np.arcsin(radius_m / np.hypot(away_m[:, 0], away_m[:, 1]))[:, None]
+    near = centres_m[:, None] - radius_m * _unit(direction_rad - _ARC_TURNS * (0.5 * np.pi - half_rad))
+    far = eye_m + reach_m * _unit(direction_rad - _SIDES * half_rad)
+    return np.concatenate([near, far], axis=1)
 
 
 def _unit(angles_rad: Array) -> Array:
