@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from agent.slam.ego_motion import Motion
 from agent.slam.landmarks import Recognition
 from agent.slam.regions import SeenRegion
+from agent.vision.groups import Groups
 from agent.vision.motion_vectors import MotionVectors as Vectors
 from agent.vision.robot_fit import RobotFit
 from protocol.fields import Packed, covariance_tuple, pose_tuple
@@ -67,19 +68,19 @@ def local_map(frame: Frame, motion: Motion, seen: Surroundings | None, body_rang
 def motion_summary(frame: Frame, vectors: Vectors, kept: NDArray[np.bool_]) -> MotionVectors:
     """Return the summary: per label the median of the vectors, (n,), that were kept."""
     labelled = kept & (vectors.labels > 0)
-    labels = np.unique(vectors.labels[labelled])
-    of_label = [labelled & (vectors.labels == label) for label in labels]
-    both = np.concatenate([vectors.starts_m, vectors.vectors_m], axis=1)
-    medians = np.array([np.median(both[rows], axis=0) for rows in of_label]).reshape(-1, 4)
+    of_label = Groups.of(vectors.labels[labelled])
+    starts_m, vectors_m = (
+        np.column_stack([of_label.medians(axis) for axis in both[labelled].T]) for both in (vectors.starts_m, vectors.vectors_m)
+    )
     return MotionVectors(
         robot=frame.robot,
         epoch=frame.epoch,
         seq=frame.seq,
         stamp_ns=frame.stamp_ns,
-        labels=Packed.of(labels, "i2"),
-        counts=Packed.of(np.array([rows.sum() for rows in of_label], dtype=np.int64), "i2"),
-        starts=Packed.of_metres(medians[:, :2]),
-        vectors=Packed.of_metres(medians[:, 2:]),
+        labels=Packed.of(of_label.labels, "i2"),
+        counts=Packed.of(of_label.sizes, "i2"),
+        starts=Packed.of_metres(starts_m),
+        vectors=Packed.of_metres(vectors_m),
     )
 
 

@@ -97,7 +97,7 @@ class Packed:
         values = np.asarray(array)
         with np.errstate(invalid="ignore"):  # what does not survive the cast is refused by the comparison
             packed = values.astype(_ITEM_TYPES[item])
-        if values.ndim not in (1, 2) or not np.array_equal(packed, values) or not np.isfinite(values).all():
+        if values.ndim not in (1, 2) or not (packed == values).all() or (item == "f8" and not np.isfinite(packed).all()):
             raise GeometryError(f"{values.dtype} array of shape {values.shape} cannot be packed as rows of {item}")
         return cls(item=item, columns=values.shape[1] if values.ndim == 2 else 0, data=packed.tobytes())
 

@@ -61,8 +61,10 @@ class Pose2(NamedTuple):
 
     def apply(self, points_b: ArrayLike) -> Array:
         """Map points, shape (..., 2) [m; frame b], into frame a, same shape."""
-        points = np.asarray(points_b, dtype=np.float64)
-        return np.asarray(points @ self.rotation().T + (self.x_m, self.y_m))
+        points_a: Array = np.asarray(points_b, dtype=np.float64) @ self.rotation().T
+        points_a[..., 0] += self.x_m
+        points_a[..., 1] += self.y_m
+        return points_a
 
     def rotation(self) -> Array:
         """Return the rotation matrix a_from_b, shape (2, 2)."""

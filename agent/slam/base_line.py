@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -38,7 +39,8 @@ def base_share(reach: Array, corners: Corners, rig: Rig) -> float:
     if near < AT_SHADOW * rig.body_range_m or len(corners.slopes) < SURE_CORNERS:
         return 1.0
     stands_nearer = np.hypot(*corners.places_m().T) < NEARER * near
-    if stands_nearer.sum() < SURE_CORNERS or np.quantile(corners.slopes, AFLOAT_QUANTILE, method="higher") > AFLOAT_SLOPE:
+    highest = np.sort(corners.slopes)[math.ceil(AFLOAT_QUANTILE * (len(corners.slopes) - 1))]
+    if stands_nearer.sum() < SURE_CORNERS or highest > AFLOAT_SLOPE:
         return 1.0
     seen = corners.select(stands_nearer)
     nearest = np.argsort(np.hypot(*seen.appearances_m.T))[: max(SURE_CORNERS, len(seen.slopes) // AT_BORDER)]

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 LAST_LABEL = 2**14 - 1  # labels begin anew after this one; a thing behind another takes the label that mirrors its front's
+_LABELS = 2**15  # with those
 
 
 def carry_labels(
@@ -19,10 +20,10 @@ def carry_labels(
     """
     labels = np.zeros(regions, np.int32)
     known = (region_of_corner > 0) & (label_of_corner > 0)
-    pairs, votes = np.unique(np.stack([region_of_corner[known] - 1, label_of_corner[known]], axis=-1), axis=0, return_counts=True)
+    pairs, votes = np.unique((region_of_corner[known] - 1) * _LABELS + label_of_corner[known], return_counts=True)
     taken: set[int] = set()
-    for row in np.argsort(-votes, kind="stable"):
-        region, label = int(pairs[row, 0]), int(pairs[row, 1])
+    for pair in pairs[np.argsort(-votes, kind="stable")].tolist():
+        region, label = divmod(pair, _LABELS)
         if labels[region] == 0 and label not in taken:
             labels[region] = label
             taken.add(label)

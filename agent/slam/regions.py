@@ -19,6 +19,7 @@ from agent.vision.floor_projection import FloorProjection
 from agent.vision.floor_view import FloorView
 from agent.vision.hull import centre_of_polygon, convex_hull, overlap
 from agent.vision.outlines import Borders, floor_outlines, signed_area
+from agent.vision.robust import quantile
 from protocol.geometry import Array
 
 MOVING_SHARE = 0.5  # of a region's corners, of those that can tell
@@ -70,7 +71,7 @@ def describe(
     whole = [outline for outline, compact in zip(outlines, borders.compact, strict=True) if compact]
     for outline, label, border, compact in zip(outlines, labels, borders.pixels, borders.compact, strict=True):
         own = tracks.labels == label
-        motion = _motion(int(moving[own].sum()), int(settled[own].sum()))
+        motion = _motion(np.count_nonzero(own & moving), np.count_nonzero(own & settled))
         telling = own & settled
         if motion == "unknown" and _is_floor(outline, eye, rig, lies_flat):
             described.append(SeenRegion(int(label), outline, centre_of_polygon(outline), motion, None, flat=True))
@@ -136,10 +137,10 @@ def _height(slopes: Array, camera_height_m: float) -> float | None:
     """Return the height of the upper corners: the tenth highest in a hundred, so that one wrong corner does not count."""
     if len(slopes) < SURE_CORNERS:
         return None
-    return max(0.0, float(heights(np.array([np.quantile(slopes, 0.1)]), camera_height_m)[0]))
+    return max(0.0, float(heights(np.array([quantile(slopes, 0.1)]), camera_height_m)[0]))
 
 
 def _flat(slopes: Array, sigmas: Array) -> bool:
     """Tell whether no corner stands above the floor, and the corners are known well enough to say so."""
     sure = sigmas < FLAT_SLOPE / 2.0
-    return int(sure.sum()) >= FLAT_CORNERS and bool(np.quantile(np.abs(slopes[sure]), 0.9) < FLAT_SLOPE)
+    return int(sure.sum()) >= FLAT_CORNERS and quantile(np.abs(slopes[sure]), 0.9) < FLAT_SLOPE

@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from agent.vision.robust import quantile
 from protocol.geometry import Array
 
 LEAST_GAP_IN_HEIGHTS = 0.2  # along the line of sight, between the corners of one thing and those of the next
@@ -56,9 +57,9 @@ def split(corners: Corners, camera_height_m: float) -> Split | None:
         front, behind = slice(None, after + 1), slice(after + 1, None)
         if gaps[after] < LEAST_GAP_IN_HEIGHTS * camera_height_m:
             return None
-        top, top_behind = (float(np.quantile(stretch[part], 0.9)) for part in (front, behind))
+        top, top_behind = (quantile(stretch[part], 0.9) for part in (front, behind))
         low = stretch[behind] < LOW_SHARE * top
-        beyond = appearing[behind].min() > np.quantile(appearing[front], 0.9)
+        beyond = appearing[behind].min() > quantile(appearing[front], 0.9)
         lower = OTHER_TOP[0] * top < top_behind < OTHER_TOP[1] * top
         if (beyond or lower) and len(stretch[front]) >= LEAST_FRONT_CORNERS and int(low.sum()) >= LEAST_LOW_CORNERS:
             mask = np.zeros(len(order), np.bool_)

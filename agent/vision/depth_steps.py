@@ -72,4 +72,6 @@ def _steps(near_m: Array, least_step_m: float) -> list[list[int]]:
     apart_m = 0.5 * least_step_m
     away = (leap_m > least_step_m) & (farthest[second] < NOTHING_M) & (nearest[second] > farthest[first] + apart_m)
     back = (leap_m < -least_step_m) & (farthest[first] < NOTHING_M) & (nearest[first] > farthest[second] + apart_m)
-    return [*(np.argwhere(away) + (0, LEAST_SPAN)).tolist(), *(np.argwhere(back) + (0, LEAST_SPAN - 1)).tolist()]
+    places = [np.argwhere(away) + np.array([0, LEAST_SPAN]), np.argwhere(back) + np.array([0, LEAST_SPAN - 1])]
+    steps: list[list[int]] = np.concatenate(places).tolist()
+    return steps

@@ -41,10 +41,9 @@ def located(borders: Borders, not_floor: Mask, view: FloorView, reduced: Picture
         return borders
     pixels = np.concatenate(thinned)
     outward = _outward(pixels, not_floor)
-    lines = pixels[:, None] + STEPS_PX[:, None] * outward[:, None]  # (m, steps, 2)
-    across, down = np.ascontiguousarray(lines.transpose(2, 0, 1), np.float32)
-    colours = np.asarray(cv2.remap(reduced, across, down, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE), np.uint8)
-    inside = np.asarray(cv2.remap(not_floor, across, down, cv2.INTER_NEAREST, borderMode=cv2.BORDER_REPLICATE), np.uint8)
+    lines = (pixels[:, None] + STEPS_PX[:, None] * outward[:, None]).astype(np.float32)  # (m, steps, 2)
+    colours = np.asarray(cv2.remap(reduced, lines, None, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE), np.uint8)
+    inside = np.asarray(cv2.remap(not_floor, lines, None, cv2.INTER_NEAREST, borderMode=cv2.BORDER_REPLICATE), np.uint8)
     beside_floor = _beside_floor(pixels + BESIDE_PX * outward, not_floor, view)
     shifts_px = np.minimum(_inward_px(colours), _most_inward_px(inside)) * beside_floor
     parts = iter(np.split(pixels - shifts_px[:, None] * outward, np.cumsum([len(border) for border in thinned])[:-1]))
@@ -53,12 +52,12 @@ def located(borders: Borders, not_floor: Mask, view: FloorView, reduced: Picture
 
 def _outward(pixels: NDArray[np.int32], not_floor: Mask) -> Array:
     """Return the unit normals, (m, 2), of a mask's border at its pixels, (m, 2)."""
-    soft = cv2.blur(not_floor * np.uint8(255), (NORMAL_BLUR_PX, NORMAL_BLUR_PX), borderType=cv2.BORDER_REPLICATE).astype(np.float32)
+    soft = cv2.blur(not_floor * np.uint8(255), (NORMAL_BLUR_PX, NORMAL_BLUR_PX), borderType=cv2.BORDER_REPLICATE)
     rows, cols = not_floor.shape
     u, v = pixels.T
     left, right = soft[v, np.maximum(u - 1, 0)], soft[v, np.minimum(u + 1, cols - 1)]
     above, below = soft[np.maximum(v - 1, 0), u], soft[np.minimum(v + 1, rows - 1), u]
-    inward = np.stack([right - left, below - above], axis=-1).astype(np.float64)
+    inward = np.stack([right, below], axis=-1).astype(np.float64) - np.stack([left, above], axis=-1)
     return np.asarray(-inward / np.maximum(np.hypot(*inward.T), 1e-9)[:, None])
 
 

@@ -158,10 +158,10 @@ class FloorRemoval:
         red = _bin(residuals[1, near], CHROMA_BIN, CHROMA_BINS)
         blue = _bin(residuals[2, near], CHROMA_BIN, CHROMA_BINS)
         level = _bin(residuals[0, near], BRIGHTNESS_BIN, BRIGHTNESS_BINS)
-        colours = _counts(red * CHROMA_BINS + blue, sector, CHROMA_BINS**2).reshape(SECTORS, CHROMA_BINS, CHROMA_BINS)
-        chroma = _support(_counts_around(colours, SEEN_BINS), colours.sum(axis=(1, 2)))
-        levels = _counts(level, sector, BRIGHTNESS_BINS)
-        brightness = _support(levels, levels.sum(axis=1))
+        colours = _counts(red * CHROMA_BINS + blue, sector, CHROMA_BINS**2).reshape(CHROMA_BINS, CHROMA_BINS, SECTORS)
+        samples = np.bincount(sector, minlength=SECTORS)
+        chroma = _support(_counts_around(colours, SEEN_BINS), samples)
+        brightness = _support(_counts(level, sector, BRIGHTNESS_BINS), samples)
         if known is None:
             return FloorColours(illumination, np.zeros(near.shape, np.bool_), chroma, brightness)
         keep = 1.0 - FORGETTING
@@ -194,9 +194,9 @@ def _logarithms(reduced: Picture, blur_px: int) -> tuple[tuple[Field, Field, Fie
     """
     kernel = np.ones((LINE_WIDTH_PX, LINE_WIDTH_PX), np.uint8)
     smooth = cv2.blur(cv2.morphologyEx(reduced, cv2.MORPH_CLOSE, kernel), (blur_px, blur_px))
-    blue, green, red = cv2.split(cv2.LUT(smooth, _LOG))
-    brightness, to_red, to_blue = (np.asarray(field, np.float32) for field in (green, cv2.subtract(red, green), cv2.subtract(blue, green)))
-    return (brightness, to_red, to_blue), np.asarray(cv2.LUT(np.ascontiguousarray(smooth[..., 1]), _TRUST), np.float32)
+    planes = cv2.split(smooth)
+    blue, green, red = (np.asarray(cv2.LUT(plane, _LOG), np.float32) for plane in planes)
+    return (green, red - green, blue - green), np.asarray(cv2.LUT(planes[1], _TRUST), np.float32)
 
 
 def _bin(values: Array, width: float, count: int) -> NDArray[np.intp]:
@@ -205,24 +205,24 @@ def _bin(values: Array, width: float, count: int) -> NDArray[np.intp]:
 
 
 def _counts(bins: NDArray[np.intp], sector: NDArray[np.intp], count: int) -> Field:
-    """Return how many samples each direction has in each bin, (SECTORS, count)."""
-    return np.bincount(sector * count + bins, minlength=SECTORS * count).reshape(SECTORS, count).astype(np.float32)
+    """Return how many samples each direction has in each bin, (count, SECTORS)."""
+    return np.bincount(bins * SECTORS + sector, minlength=count * SECTORS).reshape(count, SECTORS).astype(np.float32)
 
 
 def _counts_around(counts: Field, half_width: int) -> Field:
-    """Return the sums of counts, (SECTORS, rows, cols), over windows that reach `half_width` bins to each side."""
+    """Return the sums of counts, (rows, cols, SECTORS), over windows that reach `half_width` bins to each side."""
     window = (2 * half_width + 1, 2 * half_width + 1)
-    sums = [cv2.boxFilter(of_sector, -1, window, normalize=False, borderType=cv2.BORDER_CONSTANT) for of_sector in counts]
-    return np.stack([np.asarray(of_sector, np.float32) for of_sector in sums])
+    return np.asarray(cv2.boxFilter(counts, -1, window, normalize=False, borderType=cv2.BORDER_CONSTANT), np.float32)
 
 
-def _support(counts: Field, totals: Field) -> Field:
-    """Return for every bin the share of directions in which its counts, (SECTORS, ...), are over a thirtieth of the totals, (SECTORS,)."""
-    seen = totals > 0.0
-    if not seen.any():
-        return np.zeros(counts.shape[1:], np.float32)
-    least = totals[seen].reshape(-1, *[1] * (counts.ndim - 1)) / 30.0
-    return np.asarray((counts[seen] > least).mean(axis=0), dtype=np.float32)
+def _support(counts: Field, samples: NDArray[np.intp]) -> Field:
+    """Return for every bin the share of directions, of those with samples, in which it has over a thirtieth of them.
+
+    Counts have shape (..., SECTORS), samples (SECTORS,).
+    """
+    seen = samples > 0
+    least = np.where(seen, samples / 30.0, np.inf).astype(np.float32)
+    return np.asarray((counts > least).astype(np.float32) @ np.ones(SECTORS, np.float32) / np.float32(max(seen.sum(), 1)))
 
 
 def _known_colours(colours: FloorColours, margin_bins: int) -> NDArray[np.bool_]:

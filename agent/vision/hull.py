@@ -10,7 +10,7 @@ from protocol.errors import GeometryError
 from protocol.geometry import Array
 
 LEAST_CORNERS = 3  # of an area
-_FLAT = 1e-12  # area over the square of the extent, below which a polygon is a line
+_FLAT = 1e-6  # area over the square of the extent, below which a polygon is a line
 
 
 def convex_hull(points: Array) -> Array:
@@ -59,9 +59,9 @@ def centre_of_polygon(vertices: Array) -> Array:
     if not len(vertices) or not np.isfinite(vertices).all():
         raise GeometryError(f"object centre: the polygon needs finite vertices, not {vertices.tolist()}")
     middle = 0.5 * (vertices.min(axis=0) + vertices.max(axis=0))
-    here = vertices - middle  # near the origin the cross products keep their digits
-    there = np.concatenate([here[1:], here[:1]])
-    cross = here[:, 0] * there[:, 1] - there[:, 0] * here[:, 1]
-    if abs(cross.sum()) <= _FLAT * np.square(here).sum():
+    here = vertices - middle  # near the origin single precision is enough
+    moments = cv2.moments(here.astype(np.float32)[:, None])
+    area = moments["m00"]
+    if area <= _FLAT * np.square(here).sum():
         return np.asarray(middle)
-    return np.asarray(middle + ((here + there) * cross[:, None]).sum(axis=0) / (3.0 * cross.sum()))
+    return np.asarray(middle + np.array([moments["m10"], moments["m01"]]) / area)

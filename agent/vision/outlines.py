@@ -97,7 +97,9 @@ def floor_outlines(borders: Borders, view: FloorView, projection: FloorProjectio
     range_m = np.hypot(floor[:, 0], floor[:, 1])
     floor = floor * np.minimum(1.0, view.reach_m / np.maximum(range_m, 1e-9))[:, None]
     parts = np.split(floor, np.cumsum([len(points) for points in chosen])[:-1])
-    return [_counter_clockwise(_finite(part), compact) for part, compact in zip(parts, borders.compact, strict=True)]
+    return [
+        convex_hull(part) if compact else _counter_clockwise(_finite(part)) for part, compact in zip(parts, borders.compact, strict=True)
+    ]
 
 
 def _simplified(edge_px: Array) -> Array:
@@ -115,8 +117,7 @@ def _finite(points: Array) -> Array:
     return points[np.isfinite(points).all(axis=1)]
 
 
-def _counter_clockwise(points: Array, compact: bool) -> Array:
-    outline = convex_hull(points) if compact else points
+def _counter_clockwise(outline: Array) -> Array:
     return outline if signed_area(outline) >= 0.0 else outline[::-1]
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from agent.vision.robust import robust_sigma
+from agent.vision.robust import quantile, robust_sigma
 
 
 def test_the_sigma_of_normal_residuals_is_theirs() -> None:
@@ -30,3 +30,10 @@ def test_the_residuals_are_left_in_their_order() -> None:
     residuals = np.array([3.0, -1.0, 2.0])
     robust_sigma(residuals)
     assert residuals.tolist() == [3.0, -1.0, 2.0]
+
+
+@pytest.mark.parametrize("share", [0.0, 0.1, 0.5, 0.9, 1.0])
+@pytest.mark.parametrize("count", [1, 2, 7, 30])
+def test_quantiles_are_those_of_numpy(count: int, share: float) -> None:
+    values = np.random.default_rng(count).normal(size=count)
+    assert quantile(values, share) == pytest.approx(np.quantile(values, share))
