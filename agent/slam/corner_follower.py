@@ -80,8 +80,8 @@ class CornerFollower:
         assert self._picture is not None
         pixels = find_corners(self._picture, CORNERS, borders.widened)
         if len(self.tracks):
-            apart = np.abs(pixels[:, None] - self.tracks.pixels[None]).max(axis=2).min(axis=1) > APART_PX
-            pixels = pixels[apart]
+            across, down = (np.abs(np.subtract.outer(new, old)) for new, old in zip(pixels.T, self.tracks.pixels.T, strict=True))
+            pixels = pixels[np.maximum(across, down).min(axis=1) > APART_PX]
         floor = self._projection.floor_from_pixels(self._view.camera_pixels(pixels))
         in_reach = np.hypot(*np.nan_to_num(floor, nan=np.inf).T) < self._view.reach_m
         pixels, places = pixels[in_reach], odom_from_body.apply(floor[in_reach])

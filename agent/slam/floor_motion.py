@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from agent.vision.floor_patch import Field, FloorPatch
 from agent.vision.robust import robust_sigma
 from agent.vision.shutter import RollingShutter
+from agent.vision.small_systems import solved
 from protocol.geometry import Array, Pose2
 
 POINTS = 3000
@@ -178,7 +179,7 @@ def descend(texture: Texture, glance: Glance, start: Pose2, predicted: Pose2, in
         to_body = pose.inverse().adjoint()
         hessian = weighted.T @ texture.slopes + to_body.T @ information @ to_body
         gradient = weighted.T @ residuals - to_body.T @ information @ predicted.between(pose).log()
-        step = np.linalg.solve(hessian, gradient)
+        step = solved(hessian, gradient)
         pose = Pose2.exp(step) @ pose
         if np.abs(step).max() < texture.settled:
             break
@@ -198,6 +199,7 @@ def _look_up(texture: Texture, glance: Glance, visible: Field, pose: Pose2) -> t
 
 def _correlation(a: Array, b: Array, weights: Array) -> float:
     """Return the correlation of two value vectors under weights that say only which points are seen."""
-    seen = (weights > 0.0).astype(np.float64)
-    a, b = a - np.average(a, weights=seen), b - np.average(b, weights=seen)
-    return float((seen * a * b).sum() / np.sqrt((seen * a * a).sum() * (seen * b * b).sum() + 1e-12))
+    seen = weights > 0.0
+    a, b = a[seen], b[seen]
+    a, b = a - a.mean(), b - b.mean()
+    return float(a @ b / np.sqrt((a @ a) * (b @ b) + 1e-12))

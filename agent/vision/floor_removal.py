@@ -81,13 +81,13 @@ class FloorRemoval:
         self._view = view
         self._nodes = _nodes(view)
         self._blur_px = 3 if view.scale > 1 else 5  # a picture that was not reduced has more noise in every pixel
-        self._sampled = np.ix_(*(np.minimum(_grid(size), size - 1).astype(np.intp) for size in view.valid.shape))
-        valid, range_m = view.valid[self._sampled].ravel(), view.range_m[self._sampled].ravel()
-        self._terms = self._nodes.reshape(-1, self._nodes.shape[-1])
-        near = range_m < LEARNING_REACH_IN_HEIGHTS * camera_height_m
-        self._near = valid & near
-        self._weights = valid * np.where(near, 1.0, np.where(range_m < 2.5 * camera_height_m, 0.5, 0.2))
-        bearing = view.bearing_rad[self._sampled].ravel()
+        rows, cols = np.meshgrid(*(np.minimum(_grid(size), size - 1).astype(np.intp) for size in view.valid.shape), indexing="ij")
+        valid = view.valid[rows, cols]
+        self._sampled = rows[valid], cols[valid]
+        self._terms = self._nodes[valid]
+        range_m, bearing = view.range_m[self._sampled], view.bearing_rad[self._sampled]
+        self._near = range_m < LEARNING_REACH_IN_HEIGHTS * camera_height_m
+        self._weights = np.where(self._near, 1.0, np.where(range_m < 2.5 * camera_height_m, 0.5, 0.2))
         self._sector = np.clip(((bearing + np.pi) / (2.0 * np.pi) * SECTORS).astype(np.intp), 0, SECTORS - 1)
 
     def remove(self, reduced: Picture, known: FloorColours | None) -> tuple[Mask, FloorColours]:
@@ -96,7 +96,7 @@ class FloorRemoval:
         `reduced` is the picture as the view reduces it, BGR, (rows, cols, 3); `known` is the result of the picture before.
         """
         channels, trust = _logarithms(reduced, self._blur_px)
-        samples = np.stack([cv2.blur(channel, (5, 5))[self._sampled].ravel() for channel in channels]).astype(np.float64)
+        samples = np.stack([cv2.blur(channel, (5, 5))[self._sampled] for channel in channels]).astype(np.float64)
         illumination, residuals = self._fit_illumination(samples, known)
         colours = self._learn(illumination, residuals, known)
         brightness, red, blue = (channel - self._spread(coefficients) for channel, coefficients in zip(channels, illumination, strict=True))
@@ -104,7 +104,7 @@ class FloorRemoval:
         dark, bright = _odd_brightness(brightness, colours.brightness_support)
         odd = _odd_colour(*colour, _known_colours(colours, CHROMA_MARGIN_BINS)) | _without_soft_shadows(dark, brightness) | bright
         mask = self._grow(_without_specks(odd & self._view.valid), colour, colours)
-        return mask, replace(colours, covered=mask[self._sampled].ravel() > 0)
+        return mask, replace(colours, covered=mask[self._sampled] > 0)
 
     def _grow(self, sure: Mask, colour: tuple[Field, Field], colours: FloorColours) -> Mask:
         """Return what surely is no floor, together with what is likely none right beside it, small gaps closed."""

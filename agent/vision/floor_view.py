@@ -93,7 +93,8 @@ def make_floor_view(
         raise GeometryError(f"camera height {height_m} m must exceed body_height_m {body_height_m}")
     width, height = size_px
     scale = max(1, round(width / WIDTH_PX))
-    cols, rows = np.meshgrid(np.arange(width // scale), np.arange(height // scale))
+    part = crop or (slice(0, height // scale), slice(0, width // scale))
+    rows, cols = np.mgrid[part]
     first = (scale - 1) / 2.0
     pixels = np.stack([cols * scale + first, rows * scale + first], axis=-1).reshape(-1, 2)
     floor = projection.floor_from_pixels(pixels)
@@ -104,12 +105,13 @@ def make_floor_view(
     valid = (range_m > body_range_m) & (range_m < reach_m)
     if not valid.any():
         raise GeometryError("the calibration shows no floor in the picture: check intrinsics, T_BS and resolution")
+    places = floor.reshape(*rows.shape, 2)
     if crop is None:
         ys, xs = np.flatnonzero(valid.any(axis=1)), np.flatnonzero(valid.any(axis=0))
         crop = (slice(int(ys[0]), int(ys[-1]) + 1), slice(int(xs[0]), int(xs[-1]) + 1))
+        valid, range_m, bearing, places = (field[crop] for field in (valid, range_m, bearing, places))
     origin = np.array([crop[1].start * scale + first, crop[0].start * scale + first])
-    places = floor.reshape(*rows.shape, 2)[crop].copy()
-    fields = valid[crop], range_m[crop].astype(np.float32), bearing[crop].astype(np.float32), places
+    fields = valid.copy(), range_m.astype(np.float32), bearing.astype(np.float32), places.copy()
     under = projection.body_from_camera[:2, 3]
     nadir = (projection.pixels_from_floor(under[None])[0] - origin) / scale
     return FloorView(scale, crop, origin, nadir, *fields, body_radius_m=body_radius_m, body_range_m=body_range_m, reach_m=reach_m)

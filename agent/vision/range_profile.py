@@ -34,14 +34,15 @@ def round_bases(profile: Array, radius_m: float, tolerance_m: float) -> Array:
 
     The profile across a base must be that of a circle of `radius_m` to within `tolerance_m`, in the median, and a pixel's size farther out.
     """
-    bearing = (np.arange(DIRECTIONS) + 0.5) * (2.0 * np.pi / DIRECTIONS) - np.pi
-    distance = np.where(np.isfinite(profile), profile, 1.0) + radius_m
+    seen = np.flatnonzero(np.isfinite(profile))
+    bearing = (seen + 0.5) * (2.0 * np.pi / DIRECTIONS) - np.pi
+    distance = profile[seen] + radius_m
     half = np.arcsin(radius_m / distance)
     offsets = half[:, None] * _SAMPLES
     measured = profile[_direction(bearing[:, None] + offsets)]
     circle = distance[:, None] * np.cos(offsets) - np.sqrt(radius_m**2 - (distance[:, None] * np.sin(offsets)) ** 2)
     difference = np.abs(np.nan_to_num(measured, posinf=1e3) - circle)
-    misfit = np.where(np.isfinite(profile), median(difference), np.inf) / (1.0 + distance**2)
+    misfit = median(difference) / (1.0 + distance**2)
     covered = (difference < 4.0 * tolerance_m * (1.0 + distance[:, None] ** 2)).sum(axis=1) >= _LEAST_COVERED
     left = covered & (misfit <= tolerance_m)
     best: list[int] = []
