@@ -177,8 +177,9 @@ def descend(texture: Texture, glance: Glance, start: Pose2, predicted: Pose2, in
         precision = 1.0 / (scale**2 * CORRELATED_POINTS)
         weighted = texture.slopes * (weights * precision)[:, None]
         to_body = pose.inverse().adjoint()
-        hessian = weighted.T @ texture.slopes + to_body.T @ information @ to_body
-        gradient = weighted.T @ residuals - to_body.T @ information @ predicted.between(pose).log()
+        hold = to_body.T @ information
+        hessian = weighted.T @ texture.slopes + hold @ to_body
+        gradient = weighted.T @ residuals - hold @ predicted.between(pose).log()
         step = solved(hessian, gradient)
         pose = Pose2.exp(step) @ pose
         if np.abs(step).max() < texture.settled:

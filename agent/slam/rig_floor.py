@@ -67,7 +67,7 @@ class FloorPair:
         """Return the normal equations of motion, shaking and rig at where they are."""
         here = pose.inverse().apply(self._points_m)
         rotation = pose.rotation()
-        then, now = sensitivity.at(self._points_m), np.einsum("ij,njk->nik", rotation, sensitivity.at(here))
+        then, now = sensitivity.at(self._points_m), rotation @ sensitivity.at(here)
         moves = np.concatenate([then[..., TILT], -now[..., TILT], then - now], axis=-1)  # (n, 2, 12) [keyframe body]
         places = here - self._glance.displacement_m(here) + (moves @ unknowns[: 4 + CAMERA.stop]) @ rotation
         cell = (places / self._texture.cell_m + self._texture.half_cells).astype(np.float32)
@@ -98,11 +98,12 @@ class FloorPair:
 
 def _wheel_equations(pose: Pose2, rig: Array, path: WheelPath, noise: WheelNoise) -> tuple[Array, Array]:
     """Return the normal equations that say: the motion is what the wheels say, as far as they have not slipped."""
-    off = path.motion(rig).between(pose).log()
+    by_wheels, sensitivity = path.motion(rig)
+    off = by_wheels.between(pose).log()
     information = path.information(noise)
     information = information / (1.0 + float(off @ information @ off) / SLIP_SCALE**2)
     terms = np.zeros((3, 3 + 4 + PARAMETERS))
-    terms[:, MOTION], terms[:, NUISANCES:] = pose.inverse().adjoint(), -path.sensitivity(rig)
+    terms[:, MOTION], terms[:, NUISANCES:] = pose.inverse().adjoint(), -sensitivity
     return terms.T @ information @ terms, -terms.T @ information @ off
 
 

@@ -21,8 +21,10 @@ Field = NDArray[np.float32]
 
 REACH_PX, STEP_PX = 14.0, 0.5  # borders are looked for so far to either side of where the drawings have them
 SMOOTH_STEPS = 5
-RADII_PX = np.arange(-6.0, 6.1, 0.5)  # tried: larger or smaller
-CENTRES_PX = (np.arange(-10.0, 10.1, 2.0), np.arange(-1.0, 1.1, 0.5))  # shifted along u and v: everywhere, then about the best
+RADII_PX = np.arange(-6.0, 6.1, STEP_PX)  # tried: larger or smaller
+_RADII_STEPS = np.rint(RADII_PX / STEP_PX).astype(int)
+# Shifts tried along u and v, everywhere and then about the best, and of how many directions one is looked in.
+CENTRES_PX = ((np.arange(-10.0, 10.1, 2.0), 3), (np.arange(-1.0, 1.1, 0.5), 1))
 NEAR_STEPS = 3  # around the best circle, where the border of each direction is looked for
 LEAST_CONTRAST = 0.3  # of the median border: weaker ones are hidden by what stands on the deck
 LEAST_SHARE = 0.4  # of the directions in which a border has to be found
@@ -76,23 +78,16 @@ class OwnRim:
     def _coarse(self) -> tuple[float, Array]:
         """Return whether brightness rises or falls, 1 or -1, at the deck's border, and where that is, (n,) [px outward], to half a step."""
         centre_px, radius_px, turn = np.zeros(2), 0.0, 1.0
-        for steps_px in CENTRES_PX:
-            best, about_px = -1.0, centre_px
-            for offset_px in product(steps_px, steps_px):
-                shifted = self._outward @ (about_px + offset_px)
-                expected = RADII_PX[:, None] + shifted[None]
-                deck, rim = self._at(self._signed, expected, 0.0), self._at(self._strength, expected, self._gap_steps)
-                scores = np.abs(deck) + rim
-                if scores.max() > best:
-                    best, number = float(scores.max()), int(scores.argmax())
-                    centre_px, radius_px, turn = about_px + offset_px, float(RADII_PX[number]), float(np.sign(deck[number]))
+        for steps_px, every in CENTRES_PX:
+            centres_px = centre_px + np.array(list(product(steps_px, steps_px)))
+            signed, strength, outward, gap_steps = (
+                each[::every] for each in (self._signed, self._strength, self._outward, self._gap_steps)
+            )
+            shifted_steps = (centres_px @ outward.T + REACH_PX) / STEP_PX
+            deck, rim = _means(signed, shifted_steps), _means(strength, shifted_steps + gap_steps)
+            centre, radius = np.unravel_index(np.argmax(np.abs(deck) + rim), deck.shape)
+            centre_px, radius_px, turn = centres_px[centre], float(RADII_PX[radius]), float(np.sign(deck[centre, radius]))
         return turn, radius_px + self._outward @ centre_px
-
-    def _at(self, slopes: Field, expected_px: Array, ahead_steps: Array | float) -> Array:
-        """Return the mean slope along circles, (k, n) [px outward], shape (k,)."""
-        steps = np.rint((expected_px + REACH_PX) / STEP_PX + ahead_steps).astype(int)
-        seen = slopes[np.arange(slopes.shape[0])[None], np.clip(steps, 0, slopes.shape[1] - 1)]
-        return np.asarray(seen.mean(axis=1), np.float64)
 
     @staticmethod
     def _fitted(found_px: Array, outward: Array) -> RimShift:
@@ -105,3 +100,10 @@ class OwnRim:
             sigma = robust_sigma(misfit) + 1e-3
             weights = 1.0 / (1.0 + (misfit / (2.0 * sigma)) ** 2)
         return RimShift(float(fit[0]), np.asarray(fit[1:], np.float64), sigma)
+
+
+def _means(slopes: Field, steps: Array) -> Array:
+    """Return the mean slope along circles of all RADII_PX about some centres, (m, k), given where those as drawn run, (m, n) [steps]."""
+    places = np.rint(steps).astype(int)[..., None] + _RADII_STEPS
+    seen = slopes[np.arange(len(slopes))[:, None], np.clip(places, 0, slopes.shape[1] - 1)]
+    return np.asarray(seen.mean(axis=1), np.float64)
