@@ -71,7 +71,7 @@ def describe(
     whole = [outline for outline, compact in zip(outlines, borders.compact, strict=True) if compact]
     for outline, label, border, compact in zip(outlines, labels, borders.pixels, borders.compact, strict=True):
         own = tracks.labels == label
-        motion = _motion(np.count_nonzero(own & moving), np.count_nonzero(own & settled))
+        motion = _motion(int((own & moving).sum()), int((own & settled).sum()))
         telling = own & settled
         if motion == "unknown" and _is_floor(outline, eye, rig, lies_flat):
             described.append(SeenRegion(int(label), outline, centre_of_polygon(outline), motion, None, flat=True))

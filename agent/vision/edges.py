@@ -41,9 +41,9 @@ def located(borders: Borders, not_floor: Mask, view: FloorView, reduced: Picture
         return borders
     pixels = np.concatenate(thinned)
     outward = _outward(pixels, not_floor)
-    lines = (pixels[:, None] + STEPS_PX[:, None] * outward[:, None]).astype(np.float32)  # (m, steps, 2)
-    colours = np.asarray(cv2.remap(reduced, lines, None, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE), np.uint8)
-    inside = np.asarray(cv2.remap(not_floor, lines, None, cv2.INTER_NEAREST, borderMode=cv2.BORDER_REPLICATE), np.uint8)
+    across, down = ((pixels[:, [axis]] + STEPS_PX * outward[:, [axis]]).astype(np.float32) for axis in (0, 1))  # (m, steps) each
+    colours = np.asarray(cv2.remap(reduced, across, down, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE), np.uint8)
+    inside = np.asarray(cv2.remap(not_floor, across, down, cv2.INTER_NEAREST, borderMode=cv2.BORDER_REPLICATE), np.uint8)
     beside_floor = _beside_floor(pixels + BESIDE_PX * outward, not_floor, view)
     shifts_px = np.minimum(_inward_px(colours), _most_inward_px(inside)) * beside_floor
     parts = iter(np.split(pixels - shifts_px[:, None] * outward, np.cumsum([len(border) for border in thinned])[:-1]))

@@ -105,13 +105,13 @@ def make_floor_view(
     valid = (range_m > body_range_m) & (range_m < reach_m)
     if not valid.any():
         raise GeometryError("the calibration shows no floor in the picture: check intrinsics, T_BS and resolution")
-    places = floor.reshape(*rows.shape, 2)
+    kept = (slice(None), slice(None))
     if crop is None:
         ys, xs = np.flatnonzero(valid.any(axis=1)), np.flatnonzero(valid.any(axis=0))
-        crop = (slice(int(ys[0]), int(ys[-1]) + 1), slice(int(xs[0]), int(xs[-1]) + 1))
-        valid, range_m, bearing, places = (field[crop] for field in (valid, range_m, bearing, places))
+        crop = kept = (slice(int(ys[0]), int(ys[-1]) + 1), slice(int(xs[0]), int(xs[-1]) + 1))
     origin = np.array([crop[1].start * scale + first, crop[0].start * scale + first])
-    fields = valid.copy(), range_m.astype(np.float32), bearing.astype(np.float32), places.copy()
+    places = floor.reshape(*rows.shape, 2)[kept].copy()
+    fields = valid[kept].copy(), range_m[kept].astype(np.float32), bearing[kept].astype(np.float32), places
     under = projection.body_from_camera[:2, 3]
     nadir = (projection.pixels_from_floor(under[None])[0] - origin) / scale
     return FloorView(scale, crop, origin, nadir, *fields, body_radius_m=body_radius_m, body_range_m=body_range_m, reach_m=reach_m)

@@ -170,7 +170,7 @@ class RobotFitter:
 def _sampled(grey: Picture, pixels: Array) -> Array:
     """Return the grey levels, (n, m), at pixels (n, m, 2), interpolated; black where the lens does not see them."""
     inside = np.where(np.isfinite(pixels), pixels, -1e3).astype(np.float32)
-    return cv2.remap(grey, inside, None, cv2.INTER_LINEAR).astype(np.float64)
+    return cv2.remap(grey, inside[..., 0], inside[..., 1], cv2.INTER_LINEAR).astype(np.float64)
 
 
 def _robust_move(slopes: Array, edges_px: Array) -> tuple[Array, Array]:

@@ -5,9 +5,13 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
+from protocol.errors import GeometryError
 from protocol.geometry import Array
 
 
 def solved(matrix: Array, vector: Array) -> Array:
-    """Return x, (n,), of `matrix` (n, n) x = `vector` (n,), n at most 3; zeros where the matrix is singular."""
-    return np.asarray(cv2.solve(matrix, vector[:, None], flags=cv2.DECOMP_LU)[1][:, 0], np.float64)
+    """Return x, (n,), of `matrix` (n, n) x = `vector` (n,), n at most 3. Raises GeometryError where the matrix is singular."""
+    is_solved, x = cv2.solve(matrix, vector[:, None], flags=cv2.DECOMP_LU)
+    if not is_solved:
+        raise GeometryError(f"linear system: the matrix is singular: {matrix.tolist()}")
+    return np.asarray(x[:, 0], np.float64)
