@@ -79,17 +79,22 @@ def motion_covariance(angles_rad: Array, wheels: WheelGeometry, noise: WheelNois
     )
     sideways_m2 = (0.5 * noise.slip_m_per_sqrt_m) ** 2 * float(travelled_m.mean()) + reading_m2
     twist_from_wheels = np.array([[0.5, 0.5], [0.0, 0.0], [-1.0 / wheels.base_m, 1.0 / wheels.base_m]])
-    twist = twist_from_wheels @ np.diag(wheel_m2) @ twist_from_wheels.T + np.diag([0.0, sideways_m2, 0.0])
+    twist = (twist_from_wheels * wheel_m2) @ twist_from_wheels.T
+    twist[1, 1] = sideways_m2
     to_end = _right_jacobian(*travel(angles_rad, wheels))
     return np.asarray(to_end @ twist @ to_end.T)
 
 
 def _right_jacobian(distance_m: float, turn_rad: float) -> Array:
     """Return how an error of the twist (d, 0, dtheta) shows at the arc's end, shape (3, 3); Sola et al., eq. 163 with y = 0."""
-    ahead = float(np.sinc(turn_rad / math.pi))  # sin / dtheta
-    bend = 0.5 * float(np.sinc(0.5 * turn_rad / math.pi)) ** 2  # (1 - cos) / dtheta^2
+    ahead = _sinc(turn_rad)
+    bend = 0.5 * _sinc(0.5 * turn_rad) ** 2  # (1 - cos) / dtheta^2
     lag = (1.0 - ahead) / turn_rad if abs(turn_rad) > _SMALL_TURN_RAD else turn_rad / 6.0  # (dtheta - sin) / dtheta^2
     return np.array([[ahead, turn_rad * bend, distance_m * lag], [-turn_rad * bend, ahead, distance_m * bend], [0.0, 0.0, 1.0]])
+
+
+def _sinc(angle_rad: float) -> float:
+    return math.sin(angle_rad) / angle_rad if angle_rad else 1.0
 
 
 def angles_at(
