@@ -14,6 +14,8 @@ from protocol.geometry import Array
 LEAST_BASE_CELLS = 15  # fewer are no base line
 OWN_SHARE, OWN_MARGIN_M = 0.15, 0.03  # of a base line within the outlines, grown by a margin: one that shows less is another thing's
 BEFORE_BASE_M = 0.3  # what begins so much nearer to the eye than a base line is another thing, before it
+BEND_WORTH = 0.55  # of depth that a base line shows by bending
+STRAIGHT_M = 0.03  # the width of a base line that does not
 BASE_STEP_M = 0.06  # a base line that reaches less farther, or less far, is nearly the same
 
 
@@ -43,6 +45,18 @@ def reaches_as_far(first_m: Array, second_m: Array) -> bool:
         return len(first_m) == len(second_m)
     boxes_m = [np.concatenate([base_m.min(axis=0), base_m.max(axis=0)]) for base_m in (first_m, second_m)]
     return bool(np.abs(boxes_m[0] - boxes_m[1]).max() <= BASE_STEP_M)
+
+
+def deepest_m(base_m: Array) -> float:
+    """Return how far behind its base line, (n, 2) [m; arena], a thing may reach at most [m].
+
+    Behind a straight one that is as far as it is long. One that bends, round a corner or a cylinder, shows more of the thing: from near
+    sides that are l from end to end and bend by l / 2, the far corner of a square is 0.71 l away, and so is the back of a cylinder.
+    """
+    length_m = float(np.hypot(*np.ptp(base_m, axis=0)))
+    offsets_m = base_m - base_m.mean(axis=0)
+    bend_m = float(np.ptp(offsets_m @ np.linalg.eigh(offsets_m.T @ offsets_m)[1][:, 0]))
+    return length_m - BEND_WORTH * max(bend_m - STRAIGHT_M, 0.0)
 
 
 def way_behind(base_m: Array, views: Sequence[Silhouette]) -> Array:

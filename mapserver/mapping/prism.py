@@ -18,7 +18,7 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from mapserver.mapping.base_line import own_base, swept, way_behind
+from mapserver.mapping.base_line import deepest_m, own_base, swept, way_behind
 from mapserver.mapping.carving import carved
 from mapserver.mapping.raster import SHIFT_BITS, corners_of, fill
 from mapserver.mapping.silhouette import Extent, Silhouette, shrink
@@ -71,8 +71,8 @@ def footprint(views: Sequence[Silhouette], height_m: float | None, ground: Groun
 
     A thing of unknown height is taken to be about as deep as it is wide. A view that shows less of its width counts for less, and one that
     shows much more, and so something else as well, counts only where there is no other. Its own base line is part of the footprint, floor
-    that was seen bare is not, and no part of it is farther from the base line than that is long. A height that puts the thing beside its
-    base line, or that a view shows to be too much, is not believed.
+    that was seen bare is not, and no part of it is farther from the base line than that one's shape allows. A height that puts the thing
+    beside its base line, or that a view shows to be too much, is not believed.
     """
     views, base_m = own_base(views, np.empty((0, 2)) if ground is None else ground.base_m)
     views, widest_m = _whole(views, base_m)
@@ -190,7 +190,7 @@ def _on_ground(
         length_m = float(np.hypot(*np.ptp(base_m, axis=0)))
         if length_m < LONG_M:
             far_m = cv2.distanceTransform(1 - base_line, cv2.DIST_L2, cv2.DIST_MASK_3) * RASTER_M
-            kept &= far_m < max(length_m, SMALL_M)
+            kept &= far_m < max(deepest_m(base_m), SMALL_M)
         else:
             kept |= swept(base_line, way_behind(base_m, views), round(WALL_M / RASTER_M)) & ~bare
         kept |= base_line > 0

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import shapely
 
-from mapserver.mapping.base_line import own_base, reaches_as_far, swept, way_behind
+from mapserver.mapping.base_line import deepest_m, own_base, reaches_as_far, swept, way_behind
 from mapserver.mapping.silhouette import Silhouette
 from protocol.geometry import Array, Pose2
 from tests.unit.mapserver.worlds import CAMERA_HEIGHT_M, rectangle, smear_of
@@ -62,3 +62,17 @@ def test_a_swept_line_covers_what_lies_on_its_way_and_nothing_else() -> None:
     covered = swept(line, np.array([1.0, 0.0]), 3)
     assert covered[2:7, 4:8].all()
     assert covered.sum() == 20
+
+
+def test_behind_a_straight_base_line_a_thing_may_be_as_deep_as_that_is_long() -> None:
+    assert deepest_m(LINE) == pytest.approx(0.2)
+
+
+@pytest.mark.parametrize("side_m", [0.1, 0.2, 0.4])
+def test_a_square_seen_edge_on_and_a_cylinder_are_allowed_to_be_whole_but_not_much_deeper(side_m: float) -> None:
+    along = np.linspace(0.0, side_m, 41)
+    corner = np.concatenate([np.stack([along, 0.0 * along], axis=-1), np.stack([0.0 * along, along], axis=-1)])
+    assert side_m <= deepest_m(corner) < 1.2 * side_m + 0.02
+    turn = np.linspace(0.0, np.pi, 41)
+    arc = 0.5 * side_m * np.stack([np.cos(turn), np.sin(turn)], axis=-1)
+    assert 0.5 * np.sqrt(2.0) * side_m <= deepest_m(arc) < 0.9 * side_m + 0.02
