@@ -23,6 +23,7 @@ REVIEW_EVERY_STEPS = 5
 WORTH_SHARE, WORTH_M = 0.85, 0.2  # a new way has to cost less than this share of the old one's, and less by so much
 OPEN_REACH_M, OPEN_SAMPLES, OPENING_M = 1.2, 25, 0.01  # ahead of the leader, over which followers have to come nearer in the mean
 WAITING_S, PATIENCE_S = 3.0, 1.0  # held up for so long by a robot, or by a thing, a formation forms up anew from where its robots are
+STILL_M = 0.03  # a robot that moves by more is not held up
 TURNING_M = 0.35  # before what stands in the leader's own way it stops, while there is room to turn
 ARRIVED_M = 0.27
 AT_REST_M_S = 1e-3
@@ -38,6 +39,7 @@ class Driving:
         self._meets_m = meets_from_m(plan, arc_m, body)
         self._clear_m = plan.trail.length_m
         self._held_s = 0.0
+        self._waited_at_m = (math.inf, math.inf)  # where whoever has fallen behind was seen to stand
         self._is_braking = False
         self._steps = 0
         self.waits_for = ""  # who has fallen behind
@@ -60,7 +62,7 @@ class Driving:
         before_m_s = self._rate_m_s
         self._rate_m_s = self._next_rate(elapsed_s, self._patience(poses))
         self.arc_m = min(self.arc_m + 0.5 * (before_m_s + self._rate_m_s) * elapsed_s, self.plan.trail.length_m)
-        self._held_s = self._held_s + elapsed_s if self._rate_m_s < AT_REST_M_S else 0.0
+        self._held_s = self._held_s + elapsed_s if self._is_held_up(poses) else 0.0
         return self.plan.references(self.arc_m, self._rate_m_s)
 
     def stood_m(self) -> Array:
@@ -116,6 +118,15 @@ class Driving:
         share = float(np.clip((FAR_M - off_m.get(worst, 0.0)) / (FAR_M - NEAR_M), 0.0, 1.0))
         self.waits_for = worst if share == 0.0 else self._closed_up_on(poses, off_m, references)
         return 0.0 if self.waits_for else share
+
+    def _is_held_up(self, poses: Mapping[str, Pose2]) -> bool:
+        """Tell whether the references stand, and whoever they wait for stays where it is: who steps back to look again is still coming."""
+        if self.waits_for in poses:
+            place_m = poses[self.waits_for][:2]
+            if math.dist(place_m, self._waited_at_m) > STILL_M:
+                self._waited_at_m = place_m
+                return False
+        return self.is_at_rest()
 
     def _closed_up_on(self, poses: Mapping[str, Pose2], off_m: Mapping[str, float], references: Mapping[str, Reference]) -> str:
         """Return who has fallen behind where another one's reference would go on to; nobody, "", where all have room."""
