@@ -8,7 +8,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from mapserver.formation.costmap import CostMap
-from mapserver.formation.follow import STOP_BEFORE_M, Body, Plan, meets_from_m, sides_m
+from mapserver.formation.follow import STOP_BEFORE_M, Body, Plan, meets_from_m
 from mapserver.formation.onward import LOOKAHEAD_M, berth_of, go_on, narrowed_anew
 from mapserver.formation.planning import Reach, cost_of_way
 from mapserver.formation.speeds import ACCELERATION_M_S2
@@ -153,21 +153,15 @@ class Driving:
 
     def _avoid(self, cost_map: CostMap) -> None:
         """Let followers give way; where the leader itself cannot go on, take another way, or stop while there is room to turn."""
-        free_m = self._leader_free_m(cost_map)
-        plan = narrowed_anew(self.plan, self.arc_m, self._body, cost_map) if free_m == math.inf else None
+        leader_m = self._clear_until(self.plan, cost_map, robots=1)
+        plan = narrowed_anew(self.plan, self.arc_m, self._body, cost_map) if leader_m == math.inf else None
         if plan is None or self._clear_until(plan, cost_map) <= self._clear_m:
             plan = go_on(self.plan, self.arc_m, self.plan.goal_m, self._body, cost_map)
         if plan is not None and self._clear_until(plan, cost_map) > self._clear_m:
             self._take(plan)
             self._clear_m = plan.clear_until_m(self.arc_m, self._body.radius_m, cost_map)
-        elif free_m < TURNING_M:
+        elif leader_m < self.arc_m + TURNING_M:
             self.brake()
-
-    def _leader_free_m(self, cost_map: CostMap) -> float:
-        """Return how far ahead of the leader its own way is free, infinity where it is free to its end."""
-        ahead_m = self.plan.trail.points_m[int(self.arc_m / STEP_M) :]
-        near = cost_map.too_near(ahead_m, self._body.radius_m + sides_m(STEP_M * np.arange(len(ahead_m))))
-        return STEP_M * float(np.argmax(near)) if near.any() else math.inf
 
     def _review(self, cost_map: CostMap) -> bool:
         """Take another way where that is much better by now; tell whether that is so."""
@@ -204,6 +198,7 @@ class Driving:
         self._meets_m = meets_from_m(plan, self.arc_m, self._body)
         self._clear_m = plan.trail.length_m
 
-    def _clear_until(self, plan: Plan, cost_map: CostMap) -> float:
-        until_m = plan.clear_until_m(self.arc_m, self._body.radius_m, cost_map)
+    def _clear_until(self, plan: Plan, cost_map: CostMap, robots: int | None = None) -> float:
+        """Return how far a plan is clear, infinity where it is to its end."""
+        until_m = plan.clear_until_m(self.arc_m, self._body.radius_m, cost_map, robots)
         return math.inf if until_m >= plan.trail.length_m else until_m
