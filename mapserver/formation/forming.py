@@ -85,7 +85,7 @@ def form_up(
 
 
 def _effort_m(plan: Plan, arc_m: float, poses: Mapping[str, Pose2], body: Body, cost_map: CostMap) -> float:
-    """Return how far all have to go to their slots, round each other and round things, turns included."""
+    """Return how far all have to go to their slots, round each other and round things, turns included; more where they would meet later."""
     effort_m = HINDERED_M if meets_from_m(plan, arc_m, body) < plan.trail.length_m else 0.0
     for name, reference in plan.references(arc_m, 0.0).items():
         slot = reference.arena_from_body
