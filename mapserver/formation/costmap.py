@@ -15,6 +15,7 @@ from protocol.messages import OCCUPIED, UNKNOWN
 
 OPEN_MARGIN_M = 1.0  # of unknown floor around all that is known, where nobody gave bounds
 MOVING_MARGIN_M = 0.15  # more than from what stands: it may come nearer
+SPECK_CELLS = 3  # that hang together are no thing's base, but what is left of a shadow; the robots themselves still keep clear of it
 
 
 T = TypeVar("T", bound=np.generic)
@@ -82,10 +83,18 @@ def cost_map(floor: Floor, bounds: Bounds | None, places_m: Array, moving: Seque
     """
     frame = bounds or Bounds.around(np.vstack([corners_m(floor), places_m]) if floor.cells.any() else places_m, OPEN_MARGIN_M)
     within = cut_out(floor, frame)
-    solid = cv2.copyMakeBorder((within.cells == OCCUPIED).view(np.uint8), 1, 1, 1, 1, cv2.BORDER_CONSTANT, value=1)
+    solid = cv2.copyMakeBorder(_things(within.cells).view(np.uint8), 1, 1, 1, 1, cv2.BORDER_CONSTANT, value=1)
     cells = cv2.distanceTransform(1 - solid, cv2.DIST_L2, cv2.DIST_MASK_PRECISE)[1:-1, 1:-1]
     clearances_m = np.maximum(cells - 0.5, 0.0).astype(np.float32) * np.float32(floor.cell_m)
     return CostMap(within, clearances_m).with_discs([_berth(footprint_m) for footprint_m in moving])
+
+
+def _things(cells: NDArray[np.uint8]) -> NDArray[np.bool_]:
+    """Return which cells, shape (rows, columns), something stands on: all that are occupied but specks."""
+    _, labels, about, _ = cv2.connectedComponentsWithStats((cells == OCCUPIED).view(np.uint8), connectivity=8)
+    is_thing = about[:, cv2.CC_STAT_AREA] > SPECK_CELLS
+    is_thing[0] = False  # the floor
+    return np.asarray(is_thing[labels])
 
 
 def unknown_of(cost_map: CostMap) -> NDArray[np.bool_]:

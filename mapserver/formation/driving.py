@@ -8,7 +8,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from mapserver.formation.costmap import CostMap
-from mapserver.formation.follow import STOP_BEFORE_M, Body, Plan, meets_from_m, sides_m
+from mapserver.formation.follow import STOP_BEFORE_M, Body, Plan, meets_from_m
 from mapserver.formation.onward import LOOKAHEAD_M, berth_of, go_on, narrowed_anew
 from mapserver.formation.planning import Reach, cost_of_way
 from mapserver.formation.speeds import ACCELERATION_M_S2
@@ -23,6 +23,7 @@ REVIEW_EVERY_STEPS = 5
 WORTH_SHARE, WORTH_M = 0.85, 0.2  # a new way has to cost less than this share of the old one's, and less by so much
 OPEN_REACH_M, OPEN_SAMPLES, OPENING_M = 1.2, 25, 0.01  # ahead of the leader, over which followers have to come nearer in the mean
 WAITING_S, PATIENCE_S = 3.0, 1.0  # held up for so long by a robot, or by a thing, a formation forms up anew from where its robots are
+STILL_M = 0.03  # a robot that moves by more is not held up
 TURNING_M = 0.35  # before what stands in the leader's own way it stops, while there is room to turn
 ARRIVED_M = 0.27
 AT_REST_M_S = 1e-3
@@ -38,6 +39,7 @@ class Driving:
         self._meets_m = meets_from_m(plan, arc_m, body)
         self._clear_m = plan.trail.length_m
         self._held_s = 0.0
+        self._waited_at_m = (math.inf, math.inf)  # where whoever has fallen behind was seen to stand
         self._is_braking = False
         self._steps = 0
         self.waits_for = ""  # who has fallen behind
@@ -60,7 +62,7 @@ class Driving:
         before_m_s = self._rate_m_s
         self._rate_m_s = self._next_rate(elapsed_s, self._patience(poses))
         self.arc_m = min(self.arc_m + 0.5 * (before_m_s + self._rate_m_s) * elapsed_s, self.plan.trail.length_m)
-        self._held_s = self._held_s + elapsed_s if self._rate_m_s < AT_REST_M_S else 0.0
+        self._held_s = self._held_s + elapsed_s if self._is_held_up(poses) else 0.0
         return self.plan.references(self.arc_m, self._rate_m_s)
 
     def stood_m(self) -> Array:
@@ -117,6 +119,15 @@ class Driving:
         self.waits_for = worst if share == 0.0 else self._closed_up_on(poses, off_m, references)
         return 0.0 if self.waits_for else share
 
+    def _is_held_up(self, poses: Mapping[str, Pose2]) -> bool:
+        """Tell whether the references stand, and whoever they wait for stays where it is: who steps back to look again is still coming."""
+        if self.waits_for in poses:
+            place_m = poses[self.waits_for][:2]
+            if math.dist(place_m, self._waited_at_m) > STILL_M:
+                self._waited_at_m = place_m
+                return False
+        return self.is_at_rest()
+
     def _closed_up_on(self, poses: Mapping[str, Pose2], off_m: Mapping[str, float], references: Mapping[str, Reference]) -> str:
         """Return who has fallen behind where another one's reference would go on to; nobody, "", where all have room."""
         soon = self.plan.references(self.arc_m + STEP_M, 0.0)
@@ -142,21 +153,15 @@ class Driving:
 
     def _avoid(self, cost_map: CostMap) -> None:
         """Let followers give way; where the leader itself cannot go on, take another way, or stop while there is room to turn."""
-        free_m = self._leader_free_m(cost_map)
-        plan = narrowed_anew(self.plan, self.arc_m, self._body, cost_map) if free_m == math.inf else None
+        leader_m = self._clear_until(self.plan, cost_map, robots=1)
+        plan = narrowed_anew(self.plan, self.arc_m, self._body, cost_map) if leader_m == math.inf else None
         if plan is None or self._clear_until(plan, cost_map) <= self._clear_m:
             plan = go_on(self.plan, self.arc_m, self.plan.goal_m, self._body, cost_map)
         if plan is not None and self._clear_until(plan, cost_map) > self._clear_m:
             self._take(plan)
             self._clear_m = plan.clear_until_m(self.arc_m, self._body.radius_m, cost_map)
-        elif free_m < TURNING_M:
+        elif leader_m < self.arc_m + TURNING_M:
             self.brake()
-
-    def _leader_free_m(self, cost_map: CostMap) -> float:
-        """Return how far ahead of the leader its own way is free, infinity where it is free to its end."""
-        ahead_m = self.plan.trail.points_m[int(self.arc_m / STEP_M) :]
-        near = cost_map.too_near(ahead_m, self._body.radius_m + sides_m(STEP_M * np.arange(len(ahead_m))))
-        return STEP_M * float(np.argmax(near)) if near.any() else math.inf
 
     def _review(self, cost_map: CostMap) -> bool:
         """Take another way where that is much better by now; tell whether that is so."""
@@ -193,6 +198,7 @@ class Driving:
         self._meets_m = meets_from_m(plan, self.arc_m, self._body)
         self._clear_m = plan.trail.length_m
 
-    def _clear_until(self, plan: Plan, cost_map: CostMap) -> float:
-        until_m = plan.clear_until_m(self.arc_m, self._body.radius_m, cost_map)
+    def _clear_until(self, plan: Plan, cost_map: CostMap, robots: int | None = None) -> float:
+        """Return how far a plan is clear, infinity where it is to its end."""
+        until_m = plan.clear_until_m(self.arc_m, self._body.radius_m, cost_map, robots)
         return math.inf if until_m >= plan.trail.length_m else until_m

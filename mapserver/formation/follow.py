@@ -81,16 +81,17 @@ class Plan:
         around_m = arc_m + np.linspace(-STEADY_REACH_M, STEADY_REACH_M, 11)
         return self.is_open(arc_m, tolerance_m) and bool(np.abs(sample(self.trail.turns, around_m)).max() <= STEADY_TURN)
 
-    def clear_until_m(self, arc_m: float, radius_m: float, cost_map: CostMap) -> float:
+    def clear_until_m(self, arc_m: float, radius_m: float, cost_map: CostMap, robots: int | None = None) -> float:
         """Return the arc length of the leader up to which nobody touches anything on the map; the trail's end where all is clear.
 
-        Whoever is nearer to something already may go on to where it is not any nearer.
+        Only so many `robots` count, the leader first, if that is given. Whoever is nearer to something already may go on to where it is not
+        any nearer.
         """
         count = len(self.trail.points_m)
         ahead_m = STEP_M * np.arange(int(arc_m / STEP_M), min(int((arc_m + SIGHT_M) / STEP_M) + 1, count))
         least_m = sides_m(ahead_m - arc_m) + radius_m
         touching = np.zeros(len(ahead_m), dtype=bool)
-        for number in range(len(self.names)):
+        for number in range(len(self.names))[:robots]:
             arcs_m = ahead_m - sample(self.backs_m[number - 1], ahead_m) if number else ahead_m
             touching |= cost_map.too_near(sample(self.lanes[number].points_m, arcs_m), least_m)
         return float(ahead_m[np.argmax(touching)]) if touching.any() else self.trail.length_m

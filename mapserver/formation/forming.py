@@ -27,7 +27,7 @@ SPARE_TAIL_M = 0.10
 TURNING_M_RAD = 0.1  # of way that a radian's turn on the spot is worth
 STOOD_M = 0.03  # a leader so near to the end of its old trail stands on it
 LITTLE_M, MOST_COMPARED = 0.4, 4  # of effort, with which no other start is looked for; starts that are compared
-HINDERED_M = 1.5  # of way that it counts as, where others stand in the way to a slot
+HINDERED_M = 1.5  # of way that it counts as, where others stand in the way to a slot, or would later meet
 START_M = 0.2  # of the trail that have to be clear for a start
 BENT_TAILS, BENT_TRIED, BENT_COST = 48, 6, 2.0  # ways behind the leader that are compared, and tried; their cost a metre
 
@@ -85,8 +85,8 @@ def form_up(
 
 
 def _effort_m(plan: Plan, arc_m: float, poses: Mapping[str, Pose2], body: Body, cost_map: CostMap) -> float:
-    """Return how far all have to go to their slots, round each other and round things, turns included."""
-    effort_m = 0.0
+    """Return how far all have to go to their slots, round each other and round things, turns included; more where they would meet later."""
+    effort_m = HINDERED_M if meets_from_m(plan, arc_m, body) < plan.trail.length_m else 0.0
     for name, reference in plan.references(arc_m, 0.0).items():
         slot = reference.arena_from_body
         way = approach(poses[name], slot, bodies_of(poses, name, body.radius_m), body.radius_m, cost_map)

@@ -10,7 +10,7 @@ from scipy.ndimage import minimum_filter1d
 from mapserver.formation.trail import STEP_M, Lane, sample
 from protocol.geometry import Array
 
-MOST_TURN_RAD_S = 0.9
+MOST_TURN_RAD_S = 1.2
 ACCELERATION_M_S2 = 0.12
 NARROW_M, NARROW_SHARE = 0.10, 0.6  # with less room around its body than that, the leader goes at this share of its cruise
 LEAST_RATE_M_S = 0.01

@@ -14,6 +14,7 @@ from deploy.scenario_plan import arena_arguments, plan_of
 from deploy.simulation import Display, Moment, simulate
 from protocol.messages import FormationState
 from sim.arena import random_arena
+from sim.scenario import Scenario
 
 NEAR_GOAL_M = 0.05
 MOST_S = 180.0  # of world time: who is not there by then is stuck
@@ -45,12 +46,20 @@ class ArenaResult:
 def run_arena(seed: int, robots: int, folder: Path, display: Display, most_s: float = MOST_S) -> ArenaResult:
     """Drive through the arena, leave the run in its folder, and return the result; raises OmmatidiaError where that cannot go on."""
     scenario = random_arena(seed, robots)
-    prepare_folder(folder, overwrite=True)
-    plan = replace(plan_of(scenario, arena_arguments(seed, robots), folder, most_s), pace=math.inf)
-    moment = simulate(plan, display)
-    result = _result(seed, robots, moment, evaluate(folder, plan.told), collisions_in(plan.told), scenario.goals_m[-1])
+    moment, told = driven(scenario, arena_arguments(seed, robots), folder, display, most_s)
+    result = _result(seed, robots, moment, evaluate(folder, told), collisions_in(told), scenario.goals_m[-1])
     result.write(folder)
     return result
+
+
+def driven(scenario: Scenario, world: tuple[str, ...], folder: Path, display: Display, most_s: float) -> tuple[Moment, Path]:
+    """Drive as fast as it goes, leave the run in its folder, and return how things stood at its end, and where the world left its truth.
+
+    `world` is what tells the world about the scenario on its command line.
+    """
+    prepare_folder(folder, overwrite=True)
+    plan = replace(plan_of(scenario, world, folder, most_s), pace=math.inf)
+    return simulate(plan, display), plan.told
 
 
 def _result(seed: int, robots: int, moment: Moment, evaluation: Evaluation, collisions: int, goal_m: tuple[float, float]) -> ArenaResult:

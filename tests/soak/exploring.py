@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import cv2
@@ -12,16 +11,15 @@ import shapely
 import yaml
 from numpy.typing import NDArray
 
-from deploy.folders import prepare_folder
-from deploy.scenario_plan import arena_arguments, plan_of
-from deploy.simulation import Display, simulate
+from deploy.scenario_plan import arena_arguments
+from deploy.simulation import Display
 from mapserver.export import PIXELS
 from protocol.geometry import Array
 from sim.arena import BOUNDS_M, NARROW_RADIUS_M, random_arena
 from sim.free_floor import CELL_M, FreeFloor
 from sim.scenario import Scenario
 from sim.staging import obstacles_of
-from tests.soak.arenas import collisions_in, ending_of
+from tests.soak.arenas import collisions_in, driven, ending_of
 
 MOST_S = 240.0  # of world time: who is not home by then is stuck
 
@@ -43,9 +41,7 @@ class ExploredArena:
 def explore_arena(seed: int, robots: int, folder: Path, display: Display, most_s: float = MOST_S) -> ExploredArena:
     """Explore the arena, leave the run in its folder, and return the result; raises OmmatidiaError where that cannot go on."""
     scenario = random_arena(seed, robots)
-    prepare_folder(folder, overwrite=True)
-    plan = plan_of(scenario.model_copy(update={"goals_m": ()}), arena_arguments(seed, robots), folder, most_s)
-    moment = simulate(replace(plan, pace=math.inf), display)
+    moment, told = driven(scenario.model_copy(update={"goals_m": ()}), arena_arguments(seed, robots), folder, display, most_s)
     state = moment.formation
     return ExploredArena(
         seed=seed,
@@ -53,7 +49,7 @@ def explore_arena(seed: int, robots: int, folder: Path, display: Display, most_s
         is_home=state is not None and state.phase == "arrived",
         world_s=moment.world_s,
         wall_s=moment.wall_s,
-        collisions=collisions_in(plan.told),
+        collisions=collisions_in(told),
         known_share=known_share(folder, scenario),
         ending=ending_of(state),
     )

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from mapserver.formation.costmap import CostMap, cost_map
-from mapserver.formation.driving import BETWEEN_M, REVIEW_EVERY_STEPS, Driving
+from mapserver.formation.driving import BETWEEN_M, REVIEW_EVERY_STEPS, WAITING_S, Driving
 from mapserver.formation.floor import Bounds, Floor
 from mapserver.formation.follow import Body, make_plan
 from mapserver.formation.trail import STEP_M, Lane
@@ -86,3 +86,12 @@ def test_a_robot_that_is_close_behind_holds_up_nobody() -> None:
     drive.step(STEP_S, poses, open_floor())
     assert drive.waits_for == ""
     assert not drive.is_at_rest()
+
+
+@pytest.mark.parametrize(("back_m_s", "is_over"), [(0.0, True), (0.08, False)])
+def test_a_robot_that_steps_back_to_look_again_is_waited_for_longer_than_one_that_stands(back_m_s: float, is_over: bool) -> None:
+    drive, poses = begun()
+    for step in range(round((WAITING_S + 1.0) / STEP_S)):
+        drive.step(STEP_S, poses | {"r3": Pose2(poses["r3"].x_m - 0.2 - back_m_s * step * STEP_S, 1.5, 0.0)}, open_floor())
+    assert drive.waits_for == "r3"
+    assert drive.is_over() == is_over

@@ -41,6 +41,12 @@ def test_clearance_is_the_distance_to_the_nearest_edge() -> None:
     )
 
 
+@pytest.mark.parametrize(("width_m", "clearance_m"), [(0.03, 0.7), (0.04, 0.24)])
+def test_specks_are_not_in_the_way(width_m: float, clearance_m: float) -> None:
+    on = scene((2.0, 1.5, 2.0 + width_m, 1.51), (2.46, 1.0, 2.6, 2.0))
+    assert on.clearance_m(np.array([1.755, 1.505])) == pytest.approx(clearance_m, abs=0.011)
+
+
 def test_discs_and_moving_things_keep_others_away() -> None:
     on = scene().with_discs([Disc(np.array([2.0, 1.5]), 0.1)])
     assert float(on.clearance_m(np.array([2.3, 1.5]))) == pytest.approx(0.2, abs=0.01)
