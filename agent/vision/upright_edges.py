@@ -21,7 +21,7 @@ Field = NDArray[np.float32]
 
 COLUMNS, NODES = 2048, 256  # all round; the lens is asked at so many bearings, and between them the picture is taken to be straight
 NEAREST_RAD, FARTHEST_RAD = 0.63, 1.6  # from straight down: beyond the own body, and up to the horizon
-ROW_RAD, ROWS_PER_BAND = 0.007, 8  # rows are averaged over a band, in which an edge is followed as one place
+ROW_RAD, ROWS_PER_BAND = 0.007, 5  # rows are averaged over a band, in which an edge is followed as one place
 STEEP_SHARE, LEAST_STEP = 6.0, 1.5  # of the picture's median slope, and in grey levels over two columns: what counts as an edge
 LINK_COLUMNS = 1.5  # by which an edge may leave its bearing from one band to the next: over a degree of tilt
 LEAST_BANDS = 4  # that an edge has to cross
