@@ -14,7 +14,7 @@ from agent.slam.ego_motion import Pair
 from agent.slam.rig_floor import FloorPair, Information
 from agent.slam.rig_parameters import CAMERA, HEIGHT, PARAMETERS, WHEELS, prior_sigma
 from agent.slam.rig_sensitivity import FloorSensitivity
-from agent.slam.rig_uprights import UprightSensitivity, upright_information
+from agent.slam.rig_uprights import Shaking, UprightSensitivity, upright_information
 from agent.vision.own_rim import RimShift
 from agent.vision.upright_edges import UprightEdges
 from protocol.geometry import Array
@@ -24,7 +24,6 @@ FRESH_WAY_M, FRESH_TURN_RAD = 0.08, 0.15  # between two pictures that both tell 
 AGAIN = 0.1  # of those: a drawing that was found wrong once is no longer believed
 TAKEN_AS_DRAWN_M = 1e-6  # sigma of a height that nothing tells
 NEWS = 0.5  # what a pair counts: pairs with one keyframe share its noise and part of their way
-UPRIGHT_NEWS = 0.5  # what a picture's upright edges count: the next picture shows most of them again
 CONTRADICTING = ((CAMERA, 26.1), (WHEELS, 18.5))  # chi-squared of 8 and of 4 degrees of freedom that one in a thousand reaches by chance
 
 
@@ -46,6 +45,7 @@ class RigEstimator:
         self._prior = np.diag(self._sigma**-2)
         self._floor = Information(np.zeros((PARAMETERS, PARAMETERS)), np.zeros(PARAMETERS))
         self._rim = self._uprights = self._floor
+        self._shaking = Shaking()
         self._last: Pair | None = None
         self.in_use: Array = np.zeros(PARAMETERS)
 
@@ -63,15 +63,16 @@ class RigEstimator:
             return
         self._last = pair
         told = FloorPair(pair.keyframe.fine, pair.glance).information(pair.keyframe_from_body, pair.path, sensitivity, self._sigma)
-        self._floor = _added(self._floor, told, NEWS, self.in_use)
+        self._floor = _added(self._floor, told, self.in_use, NEWS)
 
     def see_uprights(self, edges: UprightEdges, sensitivity: UprightSensitivity) -> None:
         """Take upright edges, as seen with the rig in use."""
         found = self.estimate()
         off = (found.change - self.in_use)[CAMERA]
-        told = upright_information(edges, sensitivity, off, found.covariance[CAMERA, CAMERA])
+        told = upright_information(edges, sensitivity, off, found.covariance[CAMERA, CAMERA], self._shaking.sigma_rad)
         if told is not None:
-            self._uprights = _added(self._uprights, told, UPRIGHT_NEWS, self.in_use)
+            self._uprights = _added(self._uprights, told.information, self.in_use)
+            self._shaking.add(told.shaking_rad2)
 
     def estimate(self) -> RigEstimate:
         """Return the rig as far as it is known by now."""
@@ -100,6 +101,6 @@ class RigEstimator:
         return bool(np.hypot(since.x_m, since.y_m) > FRESH_WAY_M) or abs(since.theta_rad) > FRESH_TURN_RAD
 
 
-def _added(known: Information, told: Information, news: float, in_use: Array) -> Information:
+def _added(known: Information, told: Information, in_use: Array, news: float = 1.0) -> Information:
     """Return what is known of the rig, with something added that was told about the rig in use and counts so much."""
     return Information(known.matrix + news * told.matrix, known.vector + news * (told.vector + told.matrix @ in_use))

@@ -19,7 +19,7 @@ from protocol.geometry import Array
 Picture = NDArray[np.uint8]
 Field = NDArray[np.float32]
 
-COLUMNS, NODES = 2048, 256  # all round; the lens is asked at so many bearings, and between them the picture is taken to be straight
+COLUMNS, NODES = 2048, 256  # all round; so many are asked of the lens, and all between is interpolated
 NEAREST_RAD, FARTHEST_RAD = 0.63, 1.6  # from straight down: beyond the own body, and up to the horizon
 ROW_RAD, ROWS_PER_BAND = 0.007, 5  # rows are averaged over a band, in which an edge is followed as one place
 STEEP_SHARE, LEAST_STEP = 6.0, 1.5  # of the picture's median slope, and in grey levels over two columns: what counts as an edge
@@ -27,6 +27,9 @@ LINK_COLUMNS = 1.5  # by which an edge may leave its bearing from one band to th
 LEAST_BANDS = 4  # that an edge has to cross
 STRAIGHT_COLUMNS = 0.5  # rms by which it may leave a straight line
 PLACE_COLUMNS = 0.25  # to which its place in one band is known
+SLOPE = 0.25 * np.array([[-1.0, -2.0, 0.0, 2.0, 1.0]], np.float32)  # over two columns, smoothed by [1 2 1] / 4
+PAD = 2
+STRIDE = 16  # between the columns of which the median slope is taken
 COLUMN_RAD = 2.0 * np.pi / COLUMNS
 
 
@@ -53,23 +56,25 @@ class UprightView:
 
     def __init__(self, projection: FloorProjection, height_px: int, readout_s: float) -> None:
         """Take the pictures' height, and the time from their first row to the last."""
-        angles = np.arange(NEAREST_RAD, FARTHEST_RAD, ROW_RAD)
-        angles = angles[: len(angles) // ROWS_PER_BAND * ROWS_PER_BAND]
-        turns = np.arange(NODES + 1) * (2.0 * np.pi / NODES)
-        pixels = projection.lens.project(bearing_rays(angles, turns) @ projection.body_from_camera[:3, :3])
-        stretched = cv2.resize(pixels.astype(np.float32), None, fx=COLUMNS // NODES, fy=1.0, interpolation=cv2.INTER_LINEAR)
-        start = COLUMNS // NODES // 2  # where cv2.resize puts the first node, but for half a column
-        self._pixels = np.nan_to_num(stretched[:, start : start + COLUMNS], nan=-1.0)
+        bands = int((FARTHEST_RAD - NEAREST_RAD) / (ROWS_PER_BAND * ROW_RAD))
+        nodes_rad: Array = NEAREST_RAD + ROWS_PER_BAND * ROW_RAD * np.arange(bands + 1, dtype=np.float64)
+        rays = bearing_rays(nodes_rad, np.linspace(0.0, 2.0 * np.pi, NODES + 1))
+        pixels = projection.lens.project(rays @ projection.body_from_camera[:3, :3]).astype(np.float32)
+        finer = cv2.resize(pixels, None, fx=COLUMNS // NODES, fy=ROWS_PER_BAND, interpolation=cv2.INTER_LINEAR)
+        # Where cv2.resize puts the first node: on a row, since their number between nodes is odd, and half a column before one.
+        top, left = ROWS_PER_BAND // 2, COLUMNS // NODES // 2
+        finer = finer[top : top + bands * ROWS_PER_BAND, left : left + COLUMNS]
+        self._u_px, self._v_px = (np.nan_to_num(part, nan=-1.0) for part in cv2.split(finer))
         self._first_rad = 0.5 * COLUMN_RAD
-        self._bands = len(angles) // ROWS_PER_BAND
-        self.angles_rad: Array = angles.reshape(self._bands, ROWS_PER_BAND).mean(axis=1)  # of the bands
+        self._bands = bands
+        self.angles_rad: Array = nodes_rad[:-1] + top * ROW_RAD  # of the bands' middles
         self._cotangents = 1.0 / np.tan(self.angles_rad)
-        rows_px = self._pixels[ROWS_PER_BAND // 2 :: ROWS_PER_BAND, :, 1].astype(np.float64)
+        rows_px = self._v_px[top::ROWS_PER_BAND].astype(np.float64)
         self._late_s = (rows_px - 0.5 * (height_px - 1)) / height_px * readout_s
 
     def edges(self, grey: Picture, turn_rad_s: float) -> UprightEdges:
         """Return the upright edges of a camera picture, (rows, cols) grey, that was taken while the body turned."""
-        around = cv2.remap(grey, self._pixels[..., 0], self._pixels[..., 1], cv2.INTER_LINEAR)
+        around = cv2.remap(grey, self._u_px, self._v_px, cv2.INTER_LINEAR)
         bands = cv2.resize(around.astype(np.float32), (COLUMNS, self._bands), interpolation=cv2.INTER_AREA)
         points = _linked(*_places(np.asarray(bands, np.float32)))
         late_s = self._late_s[points.band, np.rint(points.column).astype(int) % COLUMNS]
@@ -77,12 +82,10 @@ class UprightView:
 
     def _fitted(self, points: _Points, bearings_rad: Array) -> UprightEdges:
         """Return straight lines, bearing over cotangent, through the places of each edge, where these are straight."""
-        if not len(bearings_rad):
-            return UprightEdges(*(np.zeros(0) for _ in range(3)), *(np.zeros(0, np.intp) for _ in range(2)))
         x = self._cotangents[points.band]
 
         def total(values: Array) -> Array:
-            return np.bincount(points.edge, values)
+            return np.bincount(points.edge, values).astype(np.float64)
 
         count = total(np.ones(len(x)))
         mean_x, mean_y = total(x) / count, total(bearings_rad) / count
@@ -106,11 +109,11 @@ def bearing_rays(angles_rad: Array, bearings_rad: Array) -> Array:
 
 def _places(bands: Field) -> tuple[NDArray[np.intp], NDArray[np.bool_], Array]:
     """Return band, whether it grows brighter, and column of every place where the bands, (bands, columns), are steepest along a row."""
-    slopes = np.roll(bands, -1, axis=1) - np.roll(bands, 1, axis=1)
-    smooth = 0.25 * (np.roll(slopes, 1, axis=1) + 2.0 * slopes + np.roll(slopes, -1, axis=1))
+    around = np.hstack([bands[:, -PAD:], bands, bands[:, :PAD]])
+    smooth = cv2.filter2D(around, cv2.CV_32F, SLOPE)[:, PAD:-PAD]
     steep = np.abs(smooth)
     before, after = np.roll(steep, 1, axis=1), np.roll(steep, -1, axis=1)
-    least = max(STEEP_SHARE * float(np.median(steep)), LEAST_STEP)
+    least = max(STEEP_SHARE * float(np.median(steep[:, ::STRIDE])), LEAST_STEP)
     band, column = np.nonzero((steep > least) & (steep >= before) & (steep > after))
     at, left, right = steep[band, column], before[band, column], after[band, column]
     return band, smooth[band, column] > 0.0, column + 0.5 * (left - right) / np.minimum(left - 2.0 * at + right, -1e-6)
