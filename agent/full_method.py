@@ -78,7 +78,7 @@ class FullMethod:
         with stage("reduce"):
             grey, reduced, small = self._reduce(picture)
         with stage("rig"):
-            self._learn_rig(grey)
+            self._learn_rig(grey, wheels)
         with stage("floor"):
             mask, self._colours = self._optics.removal.remove(reduced, self._colours)
         with stage("motion"):
@@ -136,9 +136,10 @@ class FullMethod:
             self._landmarks.enter(stamp_ns, begun, glance)
         return recognition
 
-    def _learn_rig(self, grey: Picture) -> None:
+    def _learn_rig(self, grey: Picture, wheels: WheelState) -> None:
         """Learn what the newest picture and the last pair tell of the rig; where that contradicts the rig in use, change it."""
         self._rig.look(grey)
+        self._rig.look_round(grey, wheels, self._optics.uprights, self._optics.upright_sensitivity)
         self._rig.compare(self._ego.pair, self._optics.sensitivity)
         lag_s = self._rig.wheel_lag_s
         if self._rig.adopt():

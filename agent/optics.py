@@ -8,12 +8,14 @@ from functools import cached_property
 from agent.geometry import calibrated_projection
 from agent.rig import Body, Calibration
 from agent.slam.rig_sensitivity import FloorSensitivity
+from agent.slam.rig_uprights import UprightSensitivity
 from agent.vision.floor_patch import FloorPatch
 from agent.vision.floor_projection import FloorProjection
 from agent.vision.floor_removal import FloorRemoval
 from agent.vision.floor_view import FloorView, make_floor_view
 from agent.vision.robot_fit import RobotFitter
 from agent.vision.shutter import RollingShutter
+from agent.vision.upright_edges import UprightView
 from protocol.geometry import Array
 
 
@@ -57,6 +59,16 @@ class Optics:
     def sensitivity(self) -> FloorSensitivity:
         """How the floor moves with every parameter of the rig."""
         return FloorSensitivity(self.calibration, self.patch)
+
+    @cached_property
+    def uprights(self) -> UprightView:
+        """What finds upright edges."""
+        return UprightView(self.projection, self.calibration.height_px, self.calibration.readout_s)
+
+    @cached_property
+    def upright_sensitivity(self) -> UprightSensitivity:
+        """How upright edges slant with every parameter of the camera."""
+        return UprightSensitivity(self.calibration, self.uprights.angles_rad)
 
     @cached_property
     def removal(self) -> FloorRemoval:

@@ -1,4 +1,4 @@
-"""The rig as it is found to be while driving: own rim and floor are weighed against what drawing and calibration say.
+"""The rig as it is found to be while driving: own rim, floor and upright edges are weighed against what drawing and calibration say.
 
 An information filter. Drawings are believed until what is seen contradicts them: then the robot goes on with the rig as it is found to be.
 """
@@ -14,7 +14,9 @@ from agent.slam.ego_motion import Pair
 from agent.slam.rig_floor import FloorPair, Information
 from agent.slam.rig_parameters import CAMERA, HEIGHT, PARAMETERS, WHEELS, prior_sigma
 from agent.slam.rig_sensitivity import FloorSensitivity
+from agent.slam.rig_uprights import Shaking, UprightSensitivity, upright_information
 from agent.vision.own_rim import RimShift
+from agent.vision.upright_edges import UprightEdges
 from protocol.geometry import Array
 
 RIM_RADIUS_SIGMA_PX, RIM_CENTRE_SIGMA_PX = 0.3, 0.16  # a rim is no perfect circle, and how light becomes grey levels moves its border
@@ -42,7 +44,8 @@ class RigEstimator:
             self._sigma[HEIGHT] = TAKEN_AS_DRAWN_M
         self._prior = np.diag(self._sigma**-2)
         self._floor = Information(np.zeros((PARAMETERS, PARAMETERS)), np.zeros(PARAMETERS))
-        self._rim = self._floor
+        self._rim = self._uprights = self._floor
+        self._shaking = Shaking()
         self._last: Pair | None = None
         self.in_use: Array = np.zeros(PARAMETERS)
 
@@ -60,13 +63,22 @@ class RigEstimator:
             return
         self._last = pair
         told = FloorPair(pair.keyframe.fine, pair.glance).information(pair.keyframe_from_body, pair.path, sensitivity, self._sigma)
-        matrix, vector = self._floor
-        self._floor = Information(matrix + NEWS * told.matrix, vector + NEWS * (told.vector + told.matrix @ self.in_use))
+        self._floor = _added(self._floor, told, self.in_use, NEWS)
+
+    def see_uprights(self, edges: UprightEdges, sensitivity: UprightSensitivity) -> None:
+        """Take upright edges, as seen with the rig in use."""
+        found = self.estimate()
+        off = (found.change - self.in_use)[CAMERA]
+        told = upright_information(edges, sensitivity, off, found.covariance[CAMERA, CAMERA], self._shaking.sigma_rad)
+        if told is not None:
+            self._uprights = _added(self._uprights, told.information, self.in_use)
+            self._shaking.add(told.shaking_rad2)
 
     def estimate(self) -> RigEstimate:
         """Return the rig as far as it is known by now."""
-        covariance = np.asarray(np.linalg.inv(self._prior + self._floor.matrix + self._rim.matrix), np.float64)
-        return RigEstimate(covariance @ (self._floor.vector + self._rim.vector), covariance)
+        told = (self._floor, self._rim, self._uprights)
+        covariance = np.asarray(np.linalg.inv(self._prior + sum(each.matrix for each in told)), np.float64)
+        return RigEstimate(covariance @ sum(each.vector for each in told), covariance)
 
     def adopt(self) -> bool:
         """Go over to the rig as it is found to be where the one in use is contradicted; tell whether that changes anything."""
@@ -87,3 +99,8 @@ class RigEstimator:
             else (self._last.keyframe_from_body.between(pair.keyframe_from_body))
         )
         return bool(np.hypot(since.x_m, since.y_m) > FRESH_WAY_M) or abs(since.theta_rad) > FRESH_TURN_RAD
+
+
+def _added(known: Information, told: Information, in_use: Array, news: float = 1.0) -> Information:
+    """Return what is known of the rig, with something added that was told about the rig in use and counts so much."""
+    return Information(known.matrix + news * told.matrix, known.vector + news * (told.vector + told.matrix @ in_use))

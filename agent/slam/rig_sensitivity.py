@@ -25,7 +25,7 @@ class FloorSensitivity:
         axis = np.linspace(-self._half_m, self._half_m, NODES)
         places = np.stack(np.meshgrid(axis, axis, indexing="ij"), axis=-1).reshape(-1, 2)
         pixels = changed_projection(calibration, np.zeros(_COUNT)).pixels_from_floor(places)
-        moved = _differences(calibration, lambda change: changed_projection(calibration, change).floor_from_pixels(pixels))
+        moved = differences(calibration, lambda change: changed_projection(calibration, change).floor_from_pixels(pixels))
         field = np.nan_to_num(moved).astype(np.float32)  # (nodes, 2, parameters)
         self._layers = np.split(field.reshape(NODES, NODES, 2 * _COUNT), 2 * _COUNT // 4, axis=-1)
 
@@ -50,11 +50,11 @@ def rim_sensitivity(calibration: Calibration, radius_m: float, height_m: float) 
     away = now - now.mean(axis=0)
     outward = away / np.hypot(*away.T)[:, None]
     terms = np.column_stack([np.ones(len(now)), outward])
-    moved = _differences(calibration, lambda change: (circle_px(calibration, change, radius_m, height_m) * outward).sum(axis=1))
+    moved = differences(calibration, lambda change: (circle_px(calibration, change, radius_m, height_m) * outward).sum(axis=1))
     return np.asarray(np.linalg.lstsq(terms, moved, rcond=None)[0], np.float64)
 
 
-def _differences(calibration: Calibration, seen: Callable[[Array], Array]) -> Array:
+def differences(calibration: Calibration, seen: Callable[[Array], Array]) -> Array:
     """Return d `seen` / d parameter of the camera, one more axis at the end, by differences about the calibration."""
     columns = []
     for number, step in enumerate(STEP_SHARE * prior_sigma(calibration)[CAMERA]):

@@ -1,4 +1,4 @@
-"""The rig calibrates itself while driving: the own rim at first, then the floor at every few centimetres."""
+"""The rig calibrates itself while driving: the own rim at first, then floor and upright edges at every few centimetres."""
 
 from __future__ import annotations
 
@@ -6,16 +6,22 @@ import numpy as np
 
 from agent.rig import Body, Calibration
 from agent.slam.ego_motion import Pair
-from agent.slam.odometry import WheelGeometry
+from agent.slam.odometry import WheelGeometry, travel
 from agent.slam.rig_estimator import RigEstimator
-from agent.slam.rig_parameters import LAG, changed_calibration, changed_wheels
+from agent.slam.rig_parameters import LAG, TILT, changed_calibration, changed_wheels
 from agent.slam.rig_report import rig_values
 from agent.slam.rig_sensitivity import FloorSensitivity, circle_px, rim_sensitivity
+from agent.slam.rig_uprights import UprightSensitivity
 from agent.vision.floor_view import Picture
 from agent.vision.own_rim import OwnRim
+from agent.vision.upright_edges import UprightView
+from agent.wheel_history import WheelState
 from protocol.messages import RigValue
 
 RIM_PICTURES = (1, 8)  # after so many the rim is measured
+LOOK_ROUND_EVERY = 2  # pictures, for upright edges, and only after ...
+LOOK_ROUND_WAY_M, LOOK_ROUND_TURN_RAD = 0.02, 0.05  # ... driving on: to one that stands, the next picture tells nothing new
+KNOWN_TILT_RAD = 0.0006  # one sigma: then upright edges have told enough
 NO_CHANGE = np.zeros(8)
 SETTLING_FRAMES = 5  # between two changes of the rig in use
 
@@ -31,6 +37,7 @@ class SelfCalibration:
         self._drawn_wheels = WheelGeometry(body.wheel_radius_m, body.wheel_base_m)
         self._rim: OwnRim | None = None
         self._pictures = self._since_change = 0
+        self._since_round, self._looked_at_rad = LOOK_ROUND_EVERY, np.full(2, np.inf)  # of the wheels: nowhere yet
         if body.deck_radius_m is not None and body.deck_height_m is not None:
             self._deck = (body.deck_radius_m, body.deck_height_m)
             circles = self._deck, (body.body_radius_m, body.body_height_m)
@@ -65,6 +72,16 @@ class SelfCalibration:
         if shift is not None:
             self._estimator.see_rim(shift, rim_sensitivity(self._drawn, *self._deck))
 
+    def look_round(self, grey: Picture, wheels: WheelState, view: UprightView, sensitivity: UprightSensitivity) -> None:
+        """Take the upright edges in a camera picture, if they tell anything new."""
+        self._since_round += 1
+        way_m, turn_rad = travel(wheels.angles_rad - self._looked_at_rad, self.wheels)
+        has_moved = not (abs(way_m) < LOOK_ROUND_WAY_M and abs(turn_rad) < LOOK_ROUND_TURN_RAD)
+        if self._since_round < LOOK_ROUND_EVERY or not has_moved or self._tilt_sigma_rad() < KNOWN_TILT_RAD:
+            return
+        self._since_round, self._looked_at_rad = 0, wheels.angles_rad
+        self._estimator.see_uprights(view.edges(grey, travel(wheels.speeds_rad_s, self.wheels)[1]), sensitivity)
+
     def compare(self, pair: Pair | None, sensitivity: FloorSensitivity) -> None:
         """Take two pictures of the same floor."""
         if pair is not None:
@@ -78,6 +95,9 @@ class SelfCalibration:
             return False
         self._since_change = 0
         return True
+
+    def _tilt_sigma_rad(self) -> float:
+        return float(np.sqrt(np.diag(self._estimator.estimate().covariance)[TILT].max()))
 
 
 class AsDrawn(SelfCalibration):
