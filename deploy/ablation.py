@@ -43,16 +43,18 @@ class Variant:
     has_pictures: bool = True
     has_landmarks: bool = True  # places recognised by their floor
     has_sightings: bool = True  # of other robots
+    has_things: bool = True  # that stand, and are seen by several robots, or again
 
 
 def variants() -> tuple[Variant, ...]:
     """Return the rows, from the wheels alone to all of it."""
     return (
         Variant("wheels only", _as_drawn, has_pictures=False),
-        Variant("the paper's method", partial(_by, "paper")),
-        Variant("floor motion only", _as_drawn, has_landmarks=False, has_sightings=False),
-        Variant("plus landmarks", _as_drawn, has_sightings=False),
-        Variant("plus other robots", _as_drawn),
+        Variant("the paper's method", partial(_by, "paper"), has_things=False),
+        Variant("floor motion only", _as_drawn, has_landmarks=False, has_sightings=False, has_things=False),
+        Variant("plus landmarks", _as_drawn, has_sightings=False, has_things=False),
+        Variant("plus other robots", _as_drawn, has_things=False),
+        Variant("plus objects", _as_drawn),
         Variant("plus self-calibration", partial(_by, "full")),
     )
 
@@ -98,7 +100,7 @@ class _Robot:
         frame = captured(stored_frame(step.stamp_ns, step.pictures[self._robot.name]), self._size_px)
         wheels = self._wheels.state_at(step.stamp_ns + round(1e9 * self._pipeline.wheel_lag_s))
         seen = self._pipeline.step(step.stamp_ns, frame.picture if self._row.has_pictures else None, wheels).local_map
-        kept = {"revisits": self._row.has_landmarks, "sightings": self._row.has_sightings}
+        kept = {"revisits": self._row.has_landmarks, "sightings": self._row.has_sightings, "regions": self._row.has_things}
         return seen.model_copy(update={name: () for name, is_kept in kept.items() if not is_kept})
 
 

@@ -15,6 +15,8 @@ from mapserver.mapping.joining import Seekers
 from mapserver.mapping.movers import MoverWatch
 from mapserver.mapping.overlay import Overlay
 from mapserver.mapping.pose_graph import Extent, PoseGraph
+from mapserver.mapping.scan import Standing
+from mapserver.mapping.scan_ties import ScanTies
 from mapserver.mapping.solver import Effort, Solver
 from mapserver.mapping.things import ThingTracker
 from mapserver.mapping.ties import Ties, without_names
@@ -50,6 +52,7 @@ class MapPipeline:
         self._robots = sorted(self._radii_m)
         self._graph = PoseGraph(starts_of(robots), Solver(effort), extent)
         self._ties = Ties(self._graph, self._robots)
+        self._scan_ties = ScanTies(self._graph)
         self._seekers = Seekers()
         self._overlay = Overlay()
         self._things = ThingTracker(self._overlay)
@@ -64,6 +67,7 @@ class MapPipeline:
         with self._clock.stage("associate"):
             self._extend_paths(batch.local_maps)
             self._ties.tie(batch.local_maps)
+            self._tie_scans(batch.local_maps)
             self._let_join(batch)
         with self._clock.stage("graph"):
             self._graph.update()
@@ -107,6 +111,13 @@ class MapPipeline:
                 self._graph.lose(local_map.robot)
             self._graph.add(local_map)
             self._graph.place_by_floor(local_map)
+
+    def _tie_scans(self, local_maps: Sequence[LocalMap]) -> None:
+        """Tie robots that know their place by what stands around them, as far as the map knew it after the last step."""
+        standing = Standing(self._objects)
+        for local_map in local_maps:
+            if local_map.regions and self._knows_its_place(local_map.robot):
+                self._scan_ties.tie(local_map, standing, self._bodies(local_map.stamp_ns, besides=local_map.robot))
 
     def _let_join(self, batch: Batch) -> None:
         """Enter robots that have found their place by what nobody named; Ties enters those that need no more than names."""

@@ -1,6 +1,7 @@
 """The swarm's pose graph: every robot's path in the arena, from odometry, places recognised and robots seeing each other.
 
-Variables are Pose2, one for each robot and local map, and Point2, one for each landmark that somebody sees and names.
+Variables are Pose2, one for each robot and local map, Point2, one for each landmark that somebody sees and names, and Pose2 again, one for
+each reference: where a local map was captured whose base lines are kept for others to be matched with.
 All state is causal: a belief rests on nothing but the local maps added so far.
 
 The oldest poses leave the graph where there are too many, and stay in the smoothed paths at their last estimates.
@@ -20,6 +21,7 @@ from numpy.typing import NDArray
 from mapserver.mapping.association import sighted_point
 from mapserver.mapping.belief import VAGUE, Belief, Twist, extrapolate
 from mapserver.mapping.covariance import made_definite
+from mapserver.mapping.factor_noise import motion_within, robust, robust_sighting
 from mapserver.mapping.odometry import LEAST_MOTION_VARIANCE, STANDING, Chain, interpolated, motion
 from mapserver.mapping.sighting_noise import SightingLedger
 from mapserver.mapping.solver import Solver, from_gtsam, to_gtsam
@@ -30,9 +32,8 @@ from protocol.messages import LocalMap, Revisit, Sighting
 
 MOST_GAP_S = 0.3  # between two poses on a path that goes on
 MAX_STAMP_GAP_S = 0.06  # between a sighting and the nearest pose of the robot that it shows
-CAUCHY_SCALE = 2.0  # whitened residual at which a sighting, or a place recognised, loses half its weight
 PAST_SIGMA = np.array([0.01, 0.01, 0.01])  # of a pose that has left the graph, besides what the rest has in common with it [m, m, rad]
-_FIRST_LANDMARK_KEY = 1 << 62  # beyond all robots'
+_FIRST_LANDMARK_KEY, _FIRST_REFERENCE_KEY = 1 << 62, 3 << 61  # beyond all robots'
 
 
 @dataclass(frozen=True)
@@ -57,6 +58,7 @@ class PoseGraph:
         self._values = gtsam.Values()
         self._ledger = SightingLedger()
         self._landmarks: dict[str, int] = {}  # keys, by name
+        self._references = 0  # how many there are
         self._indices = {robot: index for index, robot in enumerate(sorted(starts))}
         self._tracks = {robot: Track(index, start.belief()) for robot, index in self._indices.items() if (start := starts[robot])}
         self._chains = {robot: Chain() for robot in self._indices if robot not in self._tracks}  # of those without a place
@@ -85,8 +87,8 @@ class PoseGraph:
         covariance = self._ledger.covariance(pair, self._pose(observer.key), self._pose(seen.key), sighting)
         if covariance is None:
             return
-        covariance = covariance + _motion_within(seen.gap_s, self._tracks[target].twist, sighting.range_m)
-        bearing, noise = gtsam.Rot2(sighting.bearing_rad), _robust_sighting(covariance)
+        covariance = covariance + motion_within(seen.gap_s, self._tracks[target].twist, sighting.range_m)
+        bearing, noise = gtsam.Rot2(sighting.bearing_rad), robust_sighting(covariance)
         self._factors.add(gtsam.BearingRangeFactorPose2(observer.key, seen.key, bearing, sighting.range_m, noise))
 
     def see_landmark(self, local_map: LocalMap, sighting: Sighting) -> None:
@@ -104,8 +106,23 @@ class PoseGraph:
             (local_map.robot, f"landmark {name}"), pose, Pose2(float(place[0]), float(place[1]), 0.0), sighting
         )
         if covariance is not None:
-            bearing, noise = gtsam.Rot2(sighting.bearing_rad), _robust_sighting(covariance)
+            bearing, noise = gtsam.Rot2(sighting.bearing_rad), robust_sighting(covariance)
             self._factors.add(gtsam.BearingRangeFactor2D(observer.key, key, bearing, sighting.range_m, noise))
+
+    def add_reference(self, local_map: LocalMap, covariance: Array) -> int:
+        """Keep the pose of an added local map, known to this covariance, (3, 3) in the body frame, by what it shows; return its number."""
+        number, key = self._references, self._tracks[local_map.robot].newest_key()
+        self._references += 1
+        self._values.insert(_FIRST_REFERENCE_KEY + number, to_gtsam(self._pose(key)))
+        noise = gtsam.noiseModel.Gaussian.Covariance(covariance)
+        self._factors.add(gtsam.BetweenFactorPose2(key, _FIRST_REFERENCE_KEY + number, gtsam.Pose2(), noise))
+        return number
+
+    def tie_to_reference(self, local_map: LocalMap, number: int, reference_from_body: Pose2, covariance: Array) -> None:
+        """Tie an added local map's pose to a reference by what both show, known to this covariance, (3, 3) in the body frame."""
+        key = self._tracks[local_map.robot].newest_key()
+        between = to_gtsam(reference_from_body)
+        self._factors.add(gtsam.BetweenFactorPose2(_FIRST_REFERENCE_KEY + number, key, between, robust(covariance)))
 
     def place(self, robot: str, stamp_ns: int, found: Belief) -> None:
         """Enter a robot without a place, and its path so far, where it is `found` to be at the stamp of one of its added local maps.
@@ -215,6 +232,10 @@ class PoseGraph:
         """Return where a landmark that was seen is, shape (2,) [m; arena]."""
         return self._landmark_place(name) if name in self._landmarks else None
 
+    def reference(self, number: int) -> Pose2:
+        """Return where a reference is."""
+        return self._pose(_FIRST_REFERENCE_KEY + number)
+
     def is_searching(self, robot: str) -> bool:
         """Tell whether the robot was set down no one knows where exactly, or its agent began anew, and others have yet to tell where."""
         return self.has_place(robot) and self._tracks[robot].searched_ns is not None
@@ -273,9 +294,9 @@ class PoseGraph:
         key, between = track.newest_key(), Pose2(*revisit.then_from_body)
         covariance = made_definite(covariance_matrix(revisit.covariance), LEAST_MOTION_VARIANCE)
         if node is not None and node.gap_s == 0.0:
-            self._factors.add(gtsam.BetweenFactorPose2(node.key, key, to_gtsam(between), _robust(covariance)))
+            self._factors.add(gtsam.BetweenFactorPose2(node.key, key, to_gtsam(between), robust(covariance)))
         else:
-            self._factors.add(gtsam.PriorFactorPose2(key, to_gtsam(then @ between), _robust(covariance + np.diag(PAST_SIGMA**2))))
+            self._factors.add(gtsam.PriorFactorPose2(key, to_gtsam(then @ between), robust(covariance + np.diag(PAST_SIGMA**2))))
 
     def _pose_then(self, track: Track, stamp_ns: int) -> Pose2 | None:
         """Return a track's pose of exactly this stamp, as it is believed to have been; None where there is none."""
@@ -291,23 +312,3 @@ class PoseGraph:
     def _landmark_place(self, name: str) -> Array:
         key = self._landmarks[name]
         return np.asarray(self._values.atPoint2(key) if self._values.exists(key) else self._solver.point(key))
-
-
-def _motion_within(gap_s: float, twist: Twist | None, range_m: float) -> Array:
-    """Return the covariance of (range, bearing), shape (2, 2), that a target adds by driving on for `gap_s`."""
-    if twist is None:
-        return np.zeros((2, 2))
-    speed_m_s = float(np.hypot(*twist.body_from_next[:2])) / twist.duration_s
-    variance = (speed_m_s * gap_s) ** 2
-    return np.diag([variance, variance / range_m**2])
-
-
-def _robust_sighting(covariance: Array) -> gtsam.noiseModel.Robust:
-    """Return the noise of a sighting with this covariance of (range, bearing), shape (2, 2); GTSAM's order is (bearing, range)."""
-    return _robust(covariance[::-1, ::-1])
-
-
-def _robust(covariance: Array) -> gtsam.noiseModel.Robust:
-    """Return the noise of what may be wrong altogether, with this covariance where it is not."""
-    loss = gtsam.noiseModel.mEstimator.Cauchy.Create(CAUCHY_SCALE)
-    return gtsam.noiseModel.Robust.Create(loss, gtsam.noiseModel.Gaussian.Covariance(covariance))
