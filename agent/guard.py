@@ -21,6 +21,7 @@ from agent.config import load_config
 from agent.drivers.opening import open_wheels
 from agent.drivers.wheels import WheelCondition, Wheels
 from agent.guard_pipe import MOST_REASON, DriveOrder, GuardReport, Instruction, Latch, LatchOrder
+from agent.latch_file import LatchFile
 from agent.pipe import Pipe
 from protocol.errors import OmmatidiaError
 from protocol.logs import start_logging
@@ -38,13 +39,24 @@ _log = logging.getLogger(__name__)
 
 
 class Guard:
-    """Stands between a helm and its wheels. `stamps` learns from the helm by what the wheels' readings are stamped."""
+    """Stands between a helm and its wheels. `stamps` learns from the helm by what the wheels' readings are stamped.
 
-    def __init__(self, wheels: Wheels, pipe: Pipe, stamps: ServerStamps, clock_s: Callable[[], float] = time.monotonic) -> None:
+    Wheels that were held when `latch_file` was last written are held from the start.
+    """
+
+    def __init__(
+        self,
+        wheels: Wheels,
+        pipe: Pipe,
+        stamps: ServerStamps,
+        clock_s: Callable[[], float] = time.monotonic,
+        latch_file: LatchFile | None = None,
+    ) -> None:
         self._wheels, self._pipe, self._stamps, self._clock_s = wheels, pipe, stamps, clock_s
         self._beat_s: float | None = None  # when the helm's last instruction came; None while it is silent
         self._until_s: float | None = None  # until when the last order holds; None while there is none
-        self._applied, self._latch = _STANDING, _FREE
+        self._latch_file = latch_file or LatchFile(None)
+        self._applied, self._latch = _STANDING, self._latch_file.read()
         self._condition = WheelCondition()
         self._told = False
 
@@ -133,6 +145,7 @@ class Guard:
             _log.warning("wheels %s: %s", "stopped until they are released" if stopped else "released", reason or "no reason given")
         self._stop()
         self._latch = self._latch.model_copy(update={"stopped": stopped, "reason": reason})
+        self._latch_file.keep(self._latch)
 
     def _watch(self) -> None:
         """Stop the wheels once when the helm's orders, or all its instructions, stay away."""
@@ -175,7 +188,7 @@ def _guard(config_file: Path, clock: LocalClock, pipe: Pipe, stop: StopRequest) 
         return stop.asked() or pipe.ended
 
     with open_wheels(config, pipe, stamps.stamp_ns, gone) as wheels:  # an order ends a read, so that it is carried out as it comes
-        Guard(wheels, pipe, stamps).run(stop.asked)
+        Guard(wheels, pipe, stamps, latch_file=LatchFile.of_service()).run(stop.asked)
 
 
 if __name__ == "__main__":

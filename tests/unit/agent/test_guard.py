@@ -5,6 +5,7 @@ from __future__ import annotations
 import socket
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,6 +16,7 @@ from agent.control.twist import within_wheel_speed
 from agent.drivers.wheels import WheelCondition
 from agent.guard import CYCLE_S, HEARTBEAT_LIMIT_S, Guard
 from agent.guard_pipe import DriveOrder, GuardReport, Instruction, LatchOrder
+from agent.latch_file import LatchFile
 from agent.pipe import Pipe
 from protocol.errors import DecodeError, DriverError
 from protocol.fields import Packed
@@ -303,3 +305,23 @@ def test_an_order_that_cannot_be_read_ends_the_guard_with_standing_wheels(robot:
     with pytest.raises(DecodeError):
         robot.guard.run(never)
     assert robot.wheels.commands == [STOP, STOP]
+
+
+def test_wheels_that_were_held_are_held_by_the_next_guard_until_they_are_released(robot: Robot, tmp_path: Path) -> None:
+    def next_guard() -> Guard:
+        return Guard(robot.wheels, robot.pipe, ServerStamps(LocalClock()), lambda: robot.wheels.now_s, LatchFile(tmp_path / "latch"))
+
+    robot.guard = next_guard()
+    robot.say(latch=stop("a cat"))
+    robot.guard.cycle()
+    robot.guard = next_guard()
+    robot.say(order())
+    robot.guard.cycle()
+    assert not robot.wheels.turning
+    assert robot.agent.take(GuardReport)[-1].latch.stopped
+    robot.say(latch=release())
+    robot.guard.cycle()
+    robot.guard = next_guard()
+    robot.say(order())
+    robot.guard.cycle()
+    assert robot.wheels.turning

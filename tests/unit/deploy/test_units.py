@@ -41,6 +41,13 @@ def test_the_wheels_are_stopped_by_a_program_of_its_own_whatever_ended_the_agent
     assert "-m agent.stop_wheels" in sections(unit)["Service"]["ExecStopPost"]
 
 
+def test_what_the_wheel_guard_keeps_outlives_the_agent() -> None:
+    (unit,) = (unit for unit in UNITS if unit.stem == "ommatidia-agent")
+    service = sections(unit)["Service"]
+    assert service["RuntimeDirectory"]
+    assert service["RuntimeDirectoryPreserve"] == "yes"
+
+
 def sections(unit: Path) -> configparser.ConfigParser:
     """Return a unit's sections; of keys that are given more than once the last."""
     parser = configparser.ConfigParser(strict=False, interpolation=None)
