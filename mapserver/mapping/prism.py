@@ -75,7 +75,7 @@ def footprint(views: Sequence[Silhouette], height_m: float | None, ground: Groun
     beside its base line, or that a view shows to be too much, is not believed.
     """
     views, base_m = own_base(views, np.empty((0, 2)) if ground is None else ground.base_m)
-    views, widest_m = _whole(views, base_m)
+    views, widest_m = whole_views(views, base_m)
     pairs = [_with_shrunk(view, height_m) for view in views]
     lowest = np.array([pair.min(axis=1).max(axis=0) for pair in pairs])  # of the box that the outline and the shrunk one have in common
     highest = np.array([pair.max(axis=1).min(axis=0) for pair in pairs])
@@ -105,7 +105,7 @@ def footprint(views: Sequence[Silhouette], height_m: float | None, ground: Groun
     return Footprint(base, centre_m, _second_moments(_centres(votes, origin) - centre_m))
 
 
-def _whole(views: Sequence[Silhouette], base_m: Array) -> tuple[list[Silhouette], float]:
+def whole_views(views: Sequence[Silhouette], base_m: Array) -> tuple[list[Silhouette], float]:
     """Return the views that show the thing whole and alone, as far as its base line, (n, 2) [m], tells, and the widest one's width [m]."""
     most_m = max(MOST_WIDTH_SHARE * float(np.hypot(*np.ptp(base_m, axis=0))), WIDE_M) if len(base_m) else math.inf
     alone = [view for view in views if view.extent.width_m <= most_m] or views

@@ -13,7 +13,7 @@ import shapely
 
 from mapserver.mapping.base_line import LEAST_BASE_CELLS, lies_beside, reaches_as_far
 from mapserver.mapping.belief import Belief
-from mapserver.mapping.prism import Footprint, Ground, IsBare, footprint
+from mapserver.mapping.prism import Footprint, Ground, IsBare, footprint, whole_views
 from mapserver.mapping.silhouette import SeenHeight, Silhouette, height_of
 from mapserver.mapping.view import View
 from protocol.fields import Packed
@@ -129,7 +129,8 @@ class Thing:
         height_m = MISFIT_HEIGHT * (self.height_m or 0.0)
         if lies_beside(self.base_m, self.shape.base):
             return True
-        return sum(view.is_too_short_for(height_m) for view in self.views) > MISFIT_SHARE * len(self.views)
+        views, _ = whole_views(self.views, self.base_m)
+        return sum(view.is_too_short_for(height_m) for view in views) > MISFIT_SHARE * len(views)
 
     def take_over(self, other: Thing) -> None:
         """Take all that is known of another thing, which was this one seen from elsewhere."""

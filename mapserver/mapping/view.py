@@ -21,6 +21,7 @@ MAX_RANGE_M = 3.3  # no packed outline reaches further
 CLEAR_REACH_IN_HEIGHTS = 3.0  # beyond this a missing thing may just be too small to be told from the floor
 TOUCHING_M = 0.01
 MOST_COVERED = 0.5  # of a region's width, from the eye, that a nearer one may hide
+TOUCHED_WEIGHT = 0.1  # of the height of a region that touches a nearer one
 MOST_CLOSED = 0.3  # of a silhouette that may be hidden where the rest still tells
 
 
@@ -31,7 +32,8 @@ class StandingRegion(NamedTuple):
     nearest_m: Array  # (2,) where its base line comes nearest to the eye [arena]
     distance_m: float  # of that point from the eye
     height_m: float | None  # of its top, where the view has told it
-    covered: bool  # its base line, or most of it, lies behind another region, which it touches
+    touches: bool = False  # another region, which is nearer
+    covered: bool = False  # its base line, or most of it, lies behind that
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,11 +76,12 @@ class View:
     def seen_height(self, region: StandingRegion, silhouette: Silhouette) -> SeenHeight | None:
         """Return the region's height with the weight of its silhouette, the more of the thing's width it shows; None where it told none.
 
-        A height that no top in sight can have is none.
+        A height that no top in sight can have is none; that of a region which touches a nearer one may be that one's.
         """
         if region.height_m is None or not 0.0 < region.height_m < self.eye_height_m:
             return None
-        return SeenHeight(region.height_m, silhouette.weight * silhouette.extent.width_m)
+        weight = TOUCHED_WEIGHT if region.touches else 1.0
+        return SeenHeight(region.height_m, weight * silhouette.weight * silhouette.extent.width_m)
 
 
 def metres_per_rad(distance_m: float, eye_height_m: float) -> float:
@@ -115,13 +118,15 @@ def _standing(outline: shapely.Polygon, height_m: float | None, eye_m: Array) ->
     corners = shapely.get_coordinates(outline)
     distances_m = np.hypot(*(corners - eye_m).T)
     nearest = int(np.argmin(distances_m))
-    return StandingRegion(outline, corners[nearest], float(distances_m[nearest]), height_m, covered=False)
+    return StandingRegion(outline, corners[nearest], float(distances_m[nearest]), height_m)
 
 
 def _with_covered(regions: Sequence[StandingRegion], eye_m: Array) -> list[StandingRegion]:
-    """Return the regions, with those marked whose base line is lost behind another one."""
-    covered = {behind for front, behind in _touching(regions) if _covers(regions[front], regions[behind], eye_m)}
-    return [region._replace(covered=index in covered) for index, region in enumerate(regions)]
+    """Return the regions, with those marked that touch a nearer one, and those whose base line is lost behind it."""
+    touching = _touching(regions)
+    touches = set(touching[:, 1].tolist())
+    covered = {behind for front, behind in touching if _covers(regions[front], regions[behind], eye_m)}
+    return [region._replace(touches=index in touches, covered=index in covered) for index, region in enumerate(regions)]
 
 
 def _touching(regions: Sequence[StandingRegion]) -> NDArray[np.int_]:

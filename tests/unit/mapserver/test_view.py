@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from numpy.typing import NDArray
 
-from mapserver.mapping.view import View, lay
+from mapserver.mapping.view import TOUCHED_WEIGHT, View, lay
 from protocol.geometry import Pose2
 from tests.unit.mapserver.worlds import local_map, rectangle, region_of
 
@@ -30,3 +31,16 @@ def test_floor_in_between_shows_the_base_line() -> None:
 
 def test_what_touches_beside_another_thing_is_whole() -> None:
     assert whole(view_of(rectangle(0.7, 0.0, 0.2, 0.3), rectangle(0.85, 0.3, 0.2, 0.3))) == [True, True]
+
+
+def test_the_height_of_what_touches_a_nearer_thing_counts_little() -> None:
+    near, beside = rectangle(0.7, 0.0, 0.2, 0.3), rectangle(0.85, 0.3, 0.2, 0.3)
+
+    def weight(*outlines_m: NDArray[np.float64]) -> float:
+        view = lay(local_map("r1", 0, regions=[region_of(outline, EYE, height_m=0.1) for outline in outlines_m]), EYE, [])
+        height = view.seen_height(view.regions[-1], view.silhouette(view.regions[-1]))
+        assert height is not None
+        return height.weight
+
+    assert weight(near, beside) == pytest.approx(TOUCHED_WEIGHT * weight(beside))
+    assert weight(beside, near) == pytest.approx(weight(near))
