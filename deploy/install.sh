@@ -77,6 +77,9 @@ install_python() {
     inside python3 -c 'import sys; sys.exit(sys.version_info < (3, 11))' || fail "Python 3.11 is needed: Debian 12 or newer has it"
 }
 
+# Tells whether there is picamera2, which comes with the system alone.
+has_picamera2() { [ -d "$root/usr/lib/python3/dist-packages/picamera2" ]; }
+
 # The versions are those that ommatidia was tested with; a role gets only what it needs of them.
 install_package() {
     say "installing ommatidia[$extras] into /opt/ommatidia"
@@ -92,7 +95,13 @@ install_package() {
         PIP_NO_INDEX=1 PIP_FIND_LINKS=$inner/wheels
         export PIP_NO_INDEX PIP_FIND_LINKS
     fi
-    inside python3 -m venv /opt/ommatidia
+    if has_picamera2; then
+        inside python3 -m venv --system-site-packages /opt/ommatidia
+        # The system's is built for NumPy 1, and breaks beside ours: https://github.com/raspberrypi/picamera2/issues/1088
+        inside /opt/ommatidia/bin/python -m pip install "$@" --ignore-installed --no-deps "simplejpeg>=1.8.1"
+    else
+        inside python3 -m venv /opt/ommatidia
+    fi
     inside /opt/ommatidia/bin/python -m pip install "$@" "$inner/source[$extras]"
     inside /opt/ommatidia/bin/python -m pip install "$@" --no-deps --force-reinstall "$inner/source[$extras]"
     rm -rf "$work"

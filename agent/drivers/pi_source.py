@@ -56,8 +56,10 @@ def open_pi(
         picamera2 = load("picamera2")
     except ImportError:
         raise DriverError(
-            "camera: there is no picamera2: `apt install python3-picamera2`, and a .venv with --system-site-packages"
+            "camera: there is no picamera2: `apt install python3-picamera2`, then run deploy/install.sh again, which lets ommatidia see it"
         ) from None
+    except ValueError as error:  # NumPy's, where an extension was built for another one
+        raise DriverError(f"camera: picamera2 cannot be loaded: {error}: run deploy/install.sh again, which brings what it needs") from None
     try:
         camera = picamera2.Picamera2(settings.number)
     except (IndexError, RuntimeError) as error:

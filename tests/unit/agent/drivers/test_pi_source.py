@@ -100,6 +100,14 @@ def test_machine_without_the_package_is_told_how_to_get_it() -> None:
         open_pi(SETTINGS, SIZE_PX)
 
 
+def test_a_picamera2_that_was_built_for_another_numpy_is_one_clear_line() -> None:
+    def load(name: str) -> SimpleNamespace:
+        raise ValueError("numpy.dtype size changed, may indicate binary incompatibility")
+
+    with pytest.raises(DriverError, match="picamera2 cannot be loaded: numpy"):
+        open_pi(SETTINGS, SIZE_PX, load)
+
+
 def test_machine_without_a_camera_is_told_where_to_look() -> None:
     def absent(number: int) -> Any:
         raise IndexError("list index out of range")
