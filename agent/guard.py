@@ -187,7 +187,7 @@ def _guard(config_file: Path, clock: LocalClock, pipe: Pipe, stop: StopRequest) 
         pipe.take(Instruction)
         return stop.asked() or pipe.ended
 
-    with open_wheels(config, pipe, stamps.stamp_ns, gone) as wheels:  # an order ends a read, so that it is carried out as it comes
+    with open_wheels(config, pipe, stamps.stamp_ns, gone) as wheels:  # a world that waits for an answer gets it as soon as it is ordered
         Guard(wheels, pipe, stamps, latch_file=LatchFile.of_service()).run(stop.asked)
 
 

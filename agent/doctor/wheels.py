@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import socket
 import time
 from collections.abc import Callable
 from contextlib import closing
@@ -32,12 +31,7 @@ def examine_wheels(config: AgentConfig, ask: Callable[[str], None] | None) -> li
         return [good("wheels", f"in a simulated or recorded world, at {settings.endpoint}")]
     firmware = firmware_of(settings)
     limit_rad_s = config.drive.max_wheel_rad_s
-    ours, theirs = socket.socketpair()  # nobody wakes this reader
-    with (
-        ours,
-        theirs,
-        closing(SerialWheels(settings.port, settings.baud, firmware, limit_rad_s, ours, lambda local_ns: local_ns)) as wheels,
-    ):
+    with closing(SerialWheels(settings.port, settings.baud, firmware, limit_rad_s, lambda local_ns: local_ns)) as wheels:
         found = _angles_after(wheels, FIND_S, lambda angles: len(angles) >= _FEW)
         findings = judge(settings.port, firmware.traits.name, len(found), wheels)
         if ask is not None and found:

@@ -18,7 +18,7 @@ from protocol.stopping import open_client
 def open_wheels(
     config: AgentConfig, wake: Watchable, stamp_ns: Callable[[int], int | None], stopping: Callable[[], bool]
 ) -> Iterator[Wheels]:
-    """Yield a robot's wheels, and let them go in the end. Reads end early while there is something to be read from `wake`.
+    """Yield a robot's wheels, and let them go in the end. Reads of a world's wheels end early while something waits at `wake`.
 
     `stamp_ns` turns the local monotonic clock [ns] into stamps in the map server's clock, where the driver does the stamping. Raises
     LinkError where a world does not answer, Stopped as soon as `stopping` says so.
@@ -30,5 +30,5 @@ def open_wheels(
                 news.watch(wake)
                 yield BusWheels(bus, config.robot.name, limit_rad_s)
         case _:
-            with closing(SerialWheels(wheels.port, wheels.baud, firmware_of(wheels), limit_rad_s, wake, stamp_ns)) as driver:
+            with closing(SerialWheels(wheels.port, wheels.baud, firmware_of(wheels), limit_rad_s, stamp_ns)) as driver:
                 yield driver

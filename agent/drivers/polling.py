@@ -10,6 +10,7 @@ from typing import NamedTuple
 from agent.drivers.firmware import Firmware, Sample
 from agent.drivers.serial_line import LineLost, SerialLine
 
+GATHER_S = 0.001  # bytes come a few at a time: a moment after the first there are several to be read at once
 PERIOD_NS = 18_000_000  # between two requests: with what a turn costs besides, a cycle stays below 20 ms
 SLOW_NS = 50_000_000  # an answer that takes longer does not tell well enough when the wheels were there
 MISSING_NS = 100_000_000  # an answer that takes longer is not waited for
@@ -37,44 +38,47 @@ class Polling:
         self._line, self._firmware, self._refused, self._clock_ns = line, firmware, refused, clock_ns
         self._sent, self._received = b"", b""
         self._asked_ns: int | None = None  # when the request was sent whose answer is waited for
+        self._answer_bytes = 0  # of the last answer: the next one will be about as long
+        self._whole_ns = 0  # when that can have come
         self._due_ns = self._good_ns = clock_ns()
         self._is_doubtful = False  # the next answer may be a late one
         self._remedy = b""
 
-    def wait_ns(self) -> int:
-        """Return after how long something is due, should nothing come before."""
-        due_ns = self._due_ns if self._asked_ns is None else self._asked_ns + MISSING_NS
-        return max(due_ns - self._clock_ns(), 0)
+    def turn(self, units: tuple[int, int], timeout_s: float) -> Timed | None:
+        """Ask when it is time, with both speeds once more, should they have been lost; sleep, and return what was answered meanwhile.
 
-    def turn(self, units: tuple[int, int]) -> Timed | None:
-        """Take what has come and ask when it is time, with both speeds once more, should they have been lost; return what was answered.
-
-        Raises LineLost where good answers stay away.
+        Sleeps until the next request is due, or while its answer is on its way, and never for longer than it may: so whoever gives the
+        speeds is asked once more just before they go out. Raises LineLost where good answers stay away.
         """
+        if self._asked_ns is None and self._clock_ns() >= self._due_ns:
+            self._ask(units)
+        self._sleep(timeout_s)
         timed = self._take()
-        now_ns = self._clock_ns()
+        self._give_up(self._clock_ns())
+        return timed
+
+    def _sleep(self, timeout_s: float) -> None:
+        """Sleep until the next request is due, or until its answer can have come whole; then for as long as it has not."""
+        rest_s = 1e-9 * ((self._due_ns if self._asked_ns is None else self._whole_ns) - self._clock_ns())
+        if rest_s > 0.0:
+            time.sleep(min(rest_s, timeout_s))
+        elif self._asked_ns is not None and self._line.wait(timeout_s):
+            time.sleep(GATHER_S)
+
+    def _give_up(self, now_ns: int) -> None:
+        """Wait no longer for an answer that is missing, nor for a line without good ones."""
         if self._asked_ns is not None and now_ns - self._asked_ns >= MISSING_NS:
             self._refused[MISSING] += 1
             self._doubt()
         if now_ns - self._good_ns >= LOST_NS:
             raise LineLost("gives no good answers any more" if self._line.exists() else "is gone")
-        if self._asked_ns is None and now_ns >= self._due_ns:
-            self._ask(units)
-        return timed
-
-    def command(self, units: tuple[int, int]) -> None:
-        """Send both speeds at once, or, where an answer is waited for, right after it."""
-        if self._is_doubtful:
-            return  # an answer went missing: the line has to come to rest first
-        self._due_ns = self._clock_ns()
-        if self._asked_ns is None:
-            self._ask(units)
 
     def _ask(self, units: tuple[int, int]) -> None:
         self._received = b""
         self._sent = self._remedy + self._firmware.command(*units) + self._firmware.request()
         self._asked_ns = self._clock_ns()
         self._due_ns = self._asked_ns + PERIOD_NS
+        self._whole_ns = self._asked_ns + round(1e9 * (self._line.transfer_s(len(self._sent) + self._answer_bytes) + GATHER_S))
         self._line.send(self._sent)
 
     def _take(self) -> Timed | None:
@@ -88,6 +92,7 @@ class Polling:
         if answer.sample is None and not answer.is_over:
             return None
         self._refused.update(answer.refused)
+        self._answer_bytes = len(self._received)
         asked_ns, self._asked_ns, self._received = self._asked_ns, None, b""
         return None if answer.sample is None else self._judged(answer.sample, asked_ns, self._clock_ns())
 

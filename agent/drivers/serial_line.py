@@ -1,15 +1,17 @@
-"""A serial port that never makes anybody wait, and says in plain words how it was lost."""
+"""A serial port that makes nobody wait who does not ask for it, and says in plain words how it was lost."""
 
 from __future__ import annotations
 
 import errno
 import os
+import select
 from contextlib import suppress
 
 import serial
 
 _WRITE_LIMIT_S = 0.1  # a port that takes nothing for so long is lost
 _READ_BYTES = 4096
+_BITS = 10  # of a byte on the line: start, eight, stop
 
 
 class LineLost(Exception):
@@ -21,15 +23,15 @@ class SerialLine:
 
     def __init__(self, port: str, baud: int, *, exclusive: bool = True) -> None:
         """Open it; raises LineLost. `exclusive` refuses a port that another program holds in the same way."""
-        self._port = port
+        self._port, self._baud = port, baud
         try:
             self._serial = serial.Serial(port, baud, timeout=0, write_timeout=_WRITE_LIMIT_S, exclusive=exclusive)
         except (serial.SerialException, OSError, ValueError) as error:
             raise LineLost(_why_not_opened(port, error)) from None
 
-    def fileno(self) -> int:
-        """Return the descriptor on which something can be read once something has come."""
-        return int(self._serial.fileno())
+    def transfer_s(self, count: int) -> float:
+        """Return how long so many bytes are on their way."""
+        return _BITS * count / self._baud
 
     def send(self, data: bytes) -> None:
         """Send all of it; raises LineLost."""
@@ -46,6 +48,11 @@ class SerialLine:
             return bytes(self._serial.read(_READ_BYTES))
         except (serial.SerialException, OSError):
             raise LineLost(self._how_lost()) from None
+
+    def wait(self, timeout_s: float) -> bool:
+        """Sleep until something has come, or the line was lost, and tell so; False when the time is over."""
+        ready, _, _ = select.select([self._serial], [], [], timeout_s)
+        return bool(ready)
 
     def exists(self) -> bool:
         """Tell whether the port's file is still there."""

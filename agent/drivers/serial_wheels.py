@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import select
 import time
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
@@ -16,22 +15,20 @@ from agent.drivers.serial_line import LineLost
 from agent.drivers.wheels import MOST_TROUBLE, WheelCondition
 from protocol.fields import Packed
 from protocol.messages import WheelCommand, WheelReadings
-from protocol.news import Watchable
 
 CLOCK_UNKNOWN = "readings: the map server's clock is not known yet"
 JUMPED = "encoders: counted anew"
 UNREACHABLE = "encoders: counts that no wheel could have reached"
 
-GATHER_S = 0.001  # bytes come one by one: a moment after the first there are several to be read at once
-
+_TOGETHER = 2  # readings in one message: each wakes the helm
 _STANDING = (0, 0)
 
 
 class SerialWheels:
     """Drives one pair of wheels, and looks for it again where it was lost.
 
-    `wake` ends a read early. `stamp_ns` turns the local monotonic clock [ns] into stamps in the map server's clock, None while that is not
-    known: then nothing is handed out. Of a time in which the line was lost nothing is told: the angles go on where they were.
+    `stamp_ns` turns the local monotonic clock [ns] into stamps in the map server's clock, None while that is not known: then nothing is
+    handed out. Of a time in which the line was lost nothing is told: the angles go on where they were.
     """
 
     def __init__(
@@ -40,10 +37,9 @@ class SerialWheels:
         baud: int,
         firmware: Firmware,
         max_wheel_rad_s: float,
-        wake: Watchable,
         stamp_ns: Callable[[int], int | None],
     ) -> None:
-        self._port, self._firmware, self._wake, self._stamp_ns = port, firmware, wake, stamp_ns
+        self._port, self._firmware, self._stamp_ns = port, firmware, stamp_ns
         traits = firmware.traits
         self._unit_rad_s = traits.unit_rad_s
         self._max_wheel_rad_s = min(max_wheel_rad_s, traits.max_units * traits.unit_rad_s)
@@ -51,6 +47,7 @@ class SerialWheels:
         self._encoders = Encoders(traits, self._max_wheel_rad_s)
         self._polling: Polling | None = None  # while the controller is there
         self._units = _STANDING
+        self._stamped: list[tuple[int, tuple[float, float]]] = []  # readings that are not handed out yet: stamp [ns], angles [rad]
         self._counts: Counter[str] = Counter()
         self._condition = WheelCondition(trouble=self._trouble())
 
@@ -71,23 +68,24 @@ class SerialWheels:
         return self._firmware.traits.stops_by_itself_s
 
     def read(self, timeout_s: float) -> Sequence[WheelReadings]:
-        """Return the reading that was answered in this time, if one was; read again at once, so that the next is asked for in time."""
+        """Return the readings that there are, two at a time; read again at once, so that the next is asked for in time."""
         if self._polling is None:
             self._look_for_wheels(timeout_s)
             return []
         try:
-            self._wait(min(timeout_s, 1e-9 * self._polling.wait_ns()))
-            timed = self._polling.turn(self._units)
+            timed = self._polling.turn(self._units, timeout_s)
         except LineLost as lost:
             self._lose(lost)
             return []
-        return [] if timed is None else self._readings(timed)
+        if timed is not None:
+            self._note(timed)
+        return self._taken() if len(self._stamped) >= _TOGETHER else []
 
     def drive(self, left_rad_s: float, right_rad_s: float, answers_ns: int = 0) -> WheelCommand:
-        """Set both speeds, rounded to what the controller knows; wheels that are lost, or in trouble, stand."""
+        """Set both speeds with the next request, rounded to what the controller knows; wheels that are lost, or in trouble, stand."""
         if self._polling is not None and not self._condition.trouble:
             left_rad_s, right_rad_s = within_wheel_speed(left_rad_s, right_rad_s, self._max_wheel_rad_s)
-            self._send((round(left_rad_s / self._unit_rad_s), round(right_rad_s / self._unit_rad_s)))
+            self._units = round(left_rad_s / self._unit_rad_s), round(right_rad_s / self._unit_rad_s)
         left, right = self._units
         return WheelCommand(left_rad_s=left * self._unit_rad_s, right_rad_s=right * self._unit_rad_s, answers_ns=answers_ns)
 
@@ -107,17 +105,9 @@ class SerialWheels:
         self._polling = None
         self._connection.close()
 
-    def _send(self, units: tuple[int, int]) -> None:
-        self._units = units
-        try:
-            if self._polling is not None:
-                self._polling.command(units)
-        except LineLost as lost:
-            self._lose(lost)
-
     def _look_for_wheels(self, timeout_s: float) -> None:
         """Take the next step towards finding the wheels."""
-        self._wait(min(timeout_s, max(self._connection.due_s - time.monotonic(), 0.0)))
+        time.sleep(min(timeout_s, max(self._connection.due_s - time.monotonic(), 0.0)))
         self._connection.turn()
         if self._connection.is_ready and self._connection.line is not None:  # the first answer ends what the trouble was
             self._encoders.begin_anew()
@@ -132,28 +122,26 @@ class SerialWheels:
         self._connection.lose(str(lost))
         self._condition = WheelCondition(trouble=self._trouble(), battery=self._condition.battery)
 
-    def _readings(self, timed: Timed) -> list[WheelReadings]:
-        """Return a sample as a reading, where encoders and clock allow it."""
+    def _note(self, timed: Timed) -> None:
+        """Keep a sample as a reading, where encoders and clock allow it, and how the wheels fare in any case."""
         sample = timed.sample
         self._condition = WheelCondition(trouble=sample.trouble, hazard=sample.hazard, battery=sample.battery)
         if sample.trouble:
             self._units = _STANDING
         angles_rad = self._encoders.angles_rad(sample.ticks, timed.at_ns)
         if angles_rad is None:
-            return []
+            return
         stamp_ns = self._stamp_ns(timed.at_ns)
         if stamp_ns is None:
             self._counts[CLOCK_UNKNOWN] += 1
-            return []
-        return [WheelReadings(until_ns=stamp_ns, stamps_ns=Packed.of([stamp_ns], "i8"), angles_rad=Packed.of([angles_rad], "f8"))]
+        else:
+            self._stamped.append((stamp_ns, angles_rad))
+
+    def _taken(self) -> list[WheelReadings]:
+        """Return the readings that wait, in one message."""
+        stamps_ns, angles_rad = zip(*self._stamped, strict=True)
+        self._stamped = []
+        return [WheelReadings(until_ns=stamps_ns[-1], stamps_ns=Packed.of(stamps_ns, "i8"), angles_rad=Packed.of(angles_rad, "f8"))]
 
     def _trouble(self) -> str:
         return f"wheels: {self._connection.trouble}"[:MOST_TROUBLE] if self._connection.trouble else ""
-
-    def _wait(self, timeout_s: float) -> None:
-        """Sleep until something has come over the line, whoever reads is woken, or the time is over."""
-        line = self._connection.line
-        files = [self._wake.fileno(), *([] if line is None else [line.fileno()])]
-        ready, _, _ = select.select(files, [], [], timeout_s)
-        if line is not None and line.fileno() in ready:
-            time.sleep(GATHER_S)
