@@ -43,12 +43,14 @@ class Message(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
+    _fields: ClassVar[tuple[str, ...]] = ()  # their names, in order
     _choices: ClassVar[dict[str, tuple[str, ...]]] = {}  # the words to choose from, by field
 
     @classmethod
     def __pydantic_init_subclass__(cls, **_: object) -> None:
-        """Find the fields that hold a word of a fixed choice."""
+        """Find the fields, and those that hold a word of a fixed choice."""
         kinds = {name: field.annotation for name, field in cls.model_fields.items()}
+        cls._fields = tuple(kinds)
         cls._choices = {name: get_args(kind) for name, kind in kinds.items() if get_origin(kind) is Literal}
 
     def travelling(self) -> tuple[object, ...]:
@@ -64,9 +66,9 @@ class Message(BaseModel):
         """Give the values that travelled, which come as a tuple, their names and words again."""
         if not isinstance(values, tuple):
             return values
-        if len(values) != len(cls.model_fields):
-            raise ValueError(f"{len(values)} values for {len(cls.model_fields)} fields")
-        named = dict(zip(cls.model_fields, values, strict=True))
+        if len(values) != len(cls._fields):
+            raise ValueError(f"{len(values)} values for {len(cls._fields)} fields")
+        named = dict(zip(cls._fields, values, strict=True))
         for name, words in cls._choices.items():
             if type(named[name]) is int and 0 <= named[name] < len(words):
                 named[name] = words[named[name]]
