@@ -19,6 +19,7 @@ from agent.guard_pipe import DriveOrder
 from agent.guard_process import GuardProcess
 from protocol.geometry import Array
 from tests.emulated_board import emulated_board
+from tests.serial_robot import write_serial_robot
 
 BOARDS = {"ros_arduino_bridge": ("--boot", "0.3"), "create2": ()}  # and what their emulators are told
 MEASURED_S = 10.0
@@ -27,35 +28,17 @@ LIMIT_MS = 20.0
 _TURN_S = 0.05  # of the helm
 _ORDER = DriveOrder(left_rad_s=1.0, right_rad_s=1.0, valid_s=0.4, answers_ns=0)
 
-_CONFIG = """\
-[robot]
-name = "r1"
-endpoint = "tcp/127.0.0.1:1"
-[camera]
-endpoint = "tcp/127.0.0.1:1"
-calibration = "sensor.yaml"
-[wheels]
-driver = "{driver}"
-port = "{port}"
-"""
-
 
 def main() -> int:
     """Print a line for each board; return 1 where the median cycle of one is longer than it may be."""
     holds = True
     for board, told in BOARDS.items():
         with tempfile.TemporaryDirectory() as folder, emulated_board(board, Path(folder) / "wheels", *told) as emulated:
-            cycles_ms = 1e-6 * np.diff(_stamps_ns(_config(Path(folder), board, emulated.port)))
+            cycles_ms = 1e-6 * np.diff(_stamps_ns(write_serial_robot(Path(folder), board, emulated.port)))
         median_ms, late_ms = np.percentile(cycles_ms, [50.0, 99.0])
         print(f"{board:18} {len(cycles_ms)} cycles: median {median_ms:.1f} ms (bound {LIMIT_MS:g} ms), 99th percentile {late_ms:.1f} ms")
         holds = holds and median_ms <= LIMIT_MS
     return 0 if holds else 1
-
-
-def _config(folder: Path, driver: str, port: Path) -> Path:
-    file = folder / "r1.toml"
-    file.write_text(_CONFIG.format(driver=driver, port=port))
-    return file
 
 
 def _stamps_ns(config_file: Path) -> Array:

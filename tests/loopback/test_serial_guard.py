@@ -14,20 +14,9 @@ from agent.clocks.local_clock import LocalClock
 from agent.guard_pipe import DriveOrder
 from agent.guard_process import GuardProcess
 from protocol.messages import WheelReadings
+from tests.serial_robot import write_serial_robot
 from tests.unit.agent.drivers.port import Board, Port
 
-CONFIG = """\
-[robot]
-name = "r1"
-endpoint = "tcp/127.0.0.1:1"
-[camera]
-endpoint = "tcp/127.0.0.1:1"
-calibration = "sensor.yaml"
-[wheels]
-driver = "ros_arduino_bridge"
-port = "{port}"
-settle_s = 0.0
-"""
 LIMIT_S = 20.0
 FORWARD = DriveOrder(left_rad_s=1.0, right_rad_s=1.0, valid_s=0.45, answers_ns=7)
 
@@ -63,9 +52,8 @@ class Robot:
 @pytest.fixture
 def robot(tmp_path: Path) -> Iterator[Robot]:
     port = Port(tmp_path)
-    file = tmp_path / "r1.toml"
-    file.write_text(CONFIG.format(port=port.path))
-    with GuardProcess.start(file, LocalClock()) as guard:
+    config_file = write_serial_robot(tmp_path, "ros_arduino_bridge", port.path, "settle_s = 0.0")
+    with GuardProcess.start(config_file, LocalClock()) as guard:
         yield Robot(guard, port, Board())
     port.pull()
 
