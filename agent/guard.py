@@ -20,7 +20,7 @@ from agent.clocks.local_clock import LocalClock
 from agent.config import load_config
 from agent.drivers.opening import open_wheels
 from agent.drivers.wheels import WheelCondition, Wheels
-from agent.guard_pipe import MOST_REASON, DriveOrder, GuardReport, Instruction, Latch, LatchOrder
+from agent.guard_pipe import FREE, MOST_REASON, DriveOrder, GuardReport, Instruction, LatchOrder
 from agent.latch_file import LatchFile
 from agent.pipe import Pipe
 from protocol.errors import OmmatidiaError
@@ -32,7 +32,6 @@ CYCLE_S = 0.02
 HEARTBEAT_LIMIT_S = 0.2
 
 _STANDING = WheelCommand(left_rad_s=0.0, right_rad_s=0.0)
-_FREE = Latch(stopped=False, reason="", orders=0)
 _AND = "; "  # between two reasons
 
 _log = logging.getLogger(__name__)
@@ -174,7 +173,7 @@ def main(arguments: list[str]) -> int:
     except Stopped:
         return 0
     except OmmatidiaError as error:  # the agent will tell it to the person
-        pipe.send(GuardReport(fault=str(error), readings=None, applied=_STANDING, latch=_FREE, condition=WheelCondition(), refused={}))
+        pipe.send(GuardReport(fault=str(error), readings=None, applied=_STANDING, latch=FREE, condition=WheelCondition(), refused={}))
         return 2
     return 0
 

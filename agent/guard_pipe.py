@@ -53,6 +53,9 @@ class Latch(Message):
     orders: Count
 
 
+FREE = Latch(stopped=False, reason="", orders=0)  # wheels that nobody holds, and nobody has ordered to be held
+
+
 class GuardReport(Message):
     """From the guard: what the wheels tell. The first one says that it is ready and the wheels stand; one with a fault is the last."""
 

@@ -15,7 +15,7 @@ from agent.child import START_S, Child
 from agent.clocks.clock_map import ClockMap
 from agent.clocks.local_clock import LocalClock
 from agent.drivers.wheels import WheelCondition
-from agent.guard_pipe import DriveOrder, GuardReport, Instruction, Latch, LatchOrder
+from agent.guard_pipe import FREE, DriveOrder, GuardReport, Instruction, Latch, LatchOrder
 from protocol.errors import DriverError
 from protocol.messages import WheelReadings
 from protocol.stopping import Stopped
@@ -23,7 +23,6 @@ from protocol.stopping import Stopped
 _END_S = 1.0
 ENDED_WELL = {0, 2}  # with the wheels stopped: asked to end, or by an error that it has told
 
-_FREE = Latch(stopped=False, reason="", orders=0)
 
 _log = logging.getLogger(__name__)
 
@@ -54,7 +53,7 @@ class GuardProcess:
     @property
     def latch(self) -> Latch:
         """Whether the guard holds the wheels."""
-        return _FREE if self._last is None else self._last.latch
+        return FREE if self._last is None else self._last.latch
 
     @property
     def condition(self) -> WheelCondition:

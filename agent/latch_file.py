@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Self
 
-from agent.guard_pipe import MOST_REASON, Latch
+from agent.guard_pipe import FREE, MOST_REASON, Latch
 
 _NAME = "wheels_stopped"
 _REASON_LOST = "held before the restart; the reason is lost"
@@ -34,11 +34,11 @@ class LatchFile:
     def read(self) -> Latch:
         """Return the latch as it was left, without any order counted; one that cannot be read is a stop."""
         if self._path is None:
-            return Latch(stopped=False, reason="", orders=0)
+            return FREE
         try:
             reason = self._path.read_text(encoding="utf-8", errors="replace")
         except FileNotFoundError:
-            return Latch(stopped=False, reason="", orders=0)
+            return FREE
         except OSError as error:
             reason = f"{self._path} cannot be read: {error.strerror}"
         return Latch(stopped=True, reason=(reason or _REASON_LOST)[:MOST_REASON], orders=0)
