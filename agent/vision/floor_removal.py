@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from agent.vision.floor_view import FloorView, Picture
-from agent.vision.robust import median
+from agent.vision.robust import SIGMA_PER_MAD, median
 from protocol.geometry import Array
 
 Field = NDArray[np.float32]
@@ -143,7 +143,7 @@ class FloorRemoval:
         residuals -= median(residuals[:, near])[:, None]  # a jump of exposure moves the whole floor at once
         ridge = _RIDGE * np.diag([0.0] + [1.0] * (terms.shape[1] - 1))
         for _ in range(rounds):
-            spread = 1.4826 * median(np.abs(residuals[:, near]))
+            spread = SIGMA_PER_MAD * median(np.abs(residuals[:, near]))
             scale = 2.0 * np.clip(spread, _FIT_SCALE, 3.0 * _FIT_SCALE)
             weights = usual * np.prod(1.0 / (1.0 + (residuals / scale[:, None]) ** 2) ** 2, axis=0)
             weighted = terms * weights[:, None]

@@ -7,9 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from agent.vision.robust import SIGMA_PER_MAD
 from protocol.geometry import Array
-
-_SIGMA_PER_MAD = 1.4826  # of a normal distribution
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,7 +34,7 @@ class Groups:
     def near_median(self, values: Array, least_spread: Array, sigmas: float) -> NDArray[np.bool_]:
         """Tell which values, (n,), lie within so many robust standard deviations, `least_spread` (groups,) at least, of the median."""
         off = np.abs(values - self.medians(values)[self.group])
-        reach = sigmas * np.maximum(_SIGMA_PER_MAD * self.medians(off), least_spread)
+        reach = sigmas * np.maximum(SIGMA_PER_MAD * self.medians(off), least_spread)
         return np.asarray(off <= reach[self.group])
 
     def unrolled(self, angles_rad: Array) -> Array:

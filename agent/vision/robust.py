@@ -6,12 +6,12 @@ import numpy as np
 
 from protocol.geometry import Array
 
-_SIGMA_PER_MAD = 1.4826  # of a normal distribution
+SIGMA_PER_MAD = 1.4826  # of a normal distribution
 
 
 def robust_sigma(residuals: Array) -> float:
     """Return the standard deviation of residuals (n,) around zero, n > 0, by the median of their magnitudes."""
-    return _SIGMA_PER_MAD * float(median(np.abs(residuals)))
+    return SIGMA_PER_MAD * float(median(np.abs(residuals)))
 
 
 def median(values: Array) -> Array:
