@@ -43,8 +43,7 @@ class RigEstimator:
         if not has_scale:
             self._sigma[HEIGHT] = TAKEN_AS_DRAWN_M
         self._prior = np.diag(self._sigma**-2)
-        self._floor = Information(np.zeros((PARAMETERS, PARAMETERS)), np.zeros(PARAMETERS))
-        self._rim = self._uprights = self._floor
+        self._driven = self._rim = Information(np.zeros((PARAMETERS, PARAMETERS)), np.zeros(PARAMETERS))  # floor and upright edges; own rim
         self._shaking = Shaking()
         self._last: Pair | None = None
         self.in_use: Array = np.zeros(PARAMETERS)
@@ -63,7 +62,7 @@ class RigEstimator:
             return
         self._last = pair
         told = FloorPair(pair.keyframe.fine, pair.glance).information(pair.keyframe_from_body, pair.path, sensitivity, self._sigma)
-        self._floor = _added(self._floor, told, self.in_use, NEWS)
+        self._add(told, NEWS)
 
     def see_uprights(self, edges: UprightEdges, sensitivity: UprightSensitivity) -> None:
         """Take upright edges, as seen with the rig in use."""
@@ -71,14 +70,13 @@ class RigEstimator:
         off = (found.change - self.in_use)[CAMERA]
         told = upright_information(edges, sensitivity, off, found.covariance[CAMERA, CAMERA], self._shaking.sigma_rad)
         if told is not None:
-            self._uprights = _added(self._uprights, told.information, self.in_use)
+            self._add(told.information)
             self._shaking.add(told.shaking_rad2)
 
     def estimate(self) -> RigEstimate:
         """Return the rig as far as it is known by now."""
-        told = (self._floor, self._rim, self._uprights)
-        covariance = np.asarray(np.linalg.inv(self._prior + sum(each.matrix for each in told)), np.float64)
-        return RigEstimate(covariance @ sum(each.vector for each in told), covariance)
+        covariance = np.asarray(np.linalg.inv(self._prior + self._driven.matrix + self._rim.matrix), np.float64)
+        return RigEstimate(covariance @ (self._driven.vector + self._rim.vector), covariance)
 
     def adopt(self) -> bool:
         """Go over to the rig as it is found to be where the one in use is contradicted; tell whether that changes anything."""
@@ -100,7 +98,7 @@ class RigEstimator:
         )
         return bool(np.hypot(since.x_m, since.y_m) > FRESH_WAY_M) or abs(since.theta_rad) > FRESH_TURN_RAD
 
-
-def _added(known: Information, told: Information, in_use: Array, news: float = 1.0) -> Information:
-    """Return what is known of the rig, with something added that was told about the rig in use and counts so much."""
-    return Information(known.matrix + news * told.matrix, known.vector + news * (told.vector + told.matrix @ in_use))
+    def _add(self, told: Information, news: float = 1.0) -> None:
+        """Add what was told about the rig in use, and counts so much."""
+        matrix, vector = self._driven
+        self._driven = Information(matrix + news * told.matrix, vector + news * (told.vector + told.matrix @ self.in_use))
