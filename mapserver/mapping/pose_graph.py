@@ -94,10 +94,10 @@ class PoseGraph:
     def see_landmark(self, local_map: LocalMap, sighting: Sighting) -> None:
         """Tie an added local map's pose to the landmark that the sighting names; the first to see it tells where it is."""
         name = sighting.identity.name
-        observer = self._node(local_map.robot, local_map.stamp_ns)
-        if observer is None or observer.gap_s > 0.0:
+        observer = self._key_at(local_map.robot, local_map.stamp_ns)
+        if observer is None:
             return
-        pose = self._pose(observer.key)
+        pose = self._pose(observer)
         if name not in self._landmarks:
             self._landmarks[name] = _FIRST_LANDMARK_KEY + len(self._landmarks)
             self._values.insert(self._landmarks[name], pose.apply(sighted_point(sighting)))
@@ -107,7 +107,7 @@ class PoseGraph:
         )
         if covariance is not None:
             bearing, noise = gtsam.Rot2(sighting.bearing_rad), robust_sighting(covariance)
-            self._factors.add(gtsam.BearingRangeFactor2D(observer.key, key, bearing, sighting.range_m, noise))
+            self._factors.add(gtsam.BearingRangeFactor2D(observer, key, bearing, sighting.range_m, noise))
 
     def add_reference(self, local_map: LocalMap, covariance: Array) -> int:
         """Keep the pose of an added local map, known to this covariance, (3, 3) in the body frame, by what it shows; return its number."""
@@ -180,16 +180,16 @@ class PoseGraph:
                 track.end_search()
         if sum(len(track.stamps_ns) for track in self._tracks.values()) > self._extent.most_poses:
             self._let_oldest_leave()
-        return {robot: track.belief for robot, track in self._tracks.items()}
+        return self.last_beliefs()
 
     def belief(self, robot: str, stamp_ns: int) -> Belief:
         """Return where a robot that has a place is at `stamp_ns`: its pose of then, else its newest, carried forward if that is older."""
         track = self._tracks[robot]
-        node = Node.of(track, stamp_ns)
-        if node is None or track.twist is None:
+        if track.twist is None or not track.stamps_ns:
             return track.belief
-        if node.gap_s == 0.0 and node.key != track.newest_key() and self._solver.has(node.key):
-            return self._solver.belief(node.key)
+        key = track.key_at(stamp_ns)
+        if key is not None and key != track.newest_key() and self._solver.has(key):
+            return self._solver.belief(key)
         return extrapolate(track.belief, track.twist, (stamp_ns - track.stamps_ns[-1]) * 1e-9)
 
     def beliefs(self, stamp_ns: int) -> dict[str, Belief]:
@@ -225,8 +225,8 @@ class PoseGraph:
 
     def pose_at(self, robot: str, stamp_ns: int) -> Pose2 | None:
         """Return a placed robot's pose of exactly this stamp, if it has one."""
-        node = self._node(robot, stamp_ns) if robot in self._indices else None
-        return None if node is None or node.gap_s > 0.0 else self._pose(node.key)
+        key = self._key_at(robot, stamp_ns) if robot in self._indices else None
+        return None if key is None else self._pose(key)
 
     def landmark(self, name: str) -> Array | None:
         """Return where a landmark that was seen is, shape (2,) [m; arena]."""
@@ -288,20 +288,21 @@ class PoseGraph:
 
         A pose that has left the graph stays where it was.
         """
-        then, node = self._pose_then(track, revisit.stamp_ns), Node.of(track, revisit.stamp_ns)
-        if then is None or track.stamps_ns[-1] == revisit.stamp_ns:
-            return
-        key, between = track.newest_key(), Pose2(*revisit.then_from_body)
+        key, then_key, past = track.newest_key(), track.key_at(revisit.stamp_ns), track.past.pose(revisit.stamp_ns)
+        between = Pose2(*revisit.then_from_body)
         covariance = made_definite(covariance_matrix(revisit.covariance), LEAST_MOTION_VARIANCE)
-        if node is not None and node.gap_s == 0.0:
-            self._factors.add(gtsam.BetweenFactorPose2(node.key, key, to_gtsam(between), robust(covariance)))
-        else:
-            self._factors.add(gtsam.PriorFactorPose2(key, to_gtsam(then @ between), robust(covariance + np.diag(PAST_SIGMA**2))))
+        if past is not None:
+            self._factors.add(gtsam.PriorFactorPose2(key, to_gtsam(past @ between), robust(covariance + np.diag(PAST_SIGMA**2))))
+        elif then_key not in (None, key):
+            self._factors.add(gtsam.BetweenFactorPose2(then_key, key, to_gtsam(between), robust(covariance)))
 
     def _pose_then(self, track: Track, stamp_ns: int) -> Pose2 | None:
         """Return a track's pose of exactly this stamp, as it is believed to have been; None where there is none."""
-        node = Node.of(track, stamp_ns)
-        return self._pose(node.key) if node is not None and node.gap_s == 0.0 else track.past.pose(stamp_ns)
+        key = track.key_at(stamp_ns)
+        return track.past.pose(stamp_ns) if key is None else self._pose(key)
+
+    def _key_at(self, robot: str, stamp_ns: int) -> int | None:
+        return self._tracks[robot].key_at(stamp_ns) if self.has_place(robot) else None
 
     def _node(self, robot: str, stamp_ns: int) -> Node | None:
         return Node.of(self._tracks[robot], stamp_ns) if self.has_place(robot) else None

@@ -52,8 +52,8 @@ class Past:
 
     def pose(self, stamp_ns: int) -> Pose2 | None:
         """Return the pose of exactly this stamp, if it is remembered."""
-        at = bisect_left(self.stamps_ns, stamp_ns)
-        return self.poses[at] if at < len(self.stamps_ns) and self.stamps_ns[at] == stamp_ns else None
+        number = _number_of(self.stamps_ns, stamp_ns)
+        return None if number is None else self.poses[number]
 
 
 @dataclass
@@ -72,6 +72,11 @@ class Track:
     def key(self, number: int) -> int:
         """Return the key of one of the variables in the graph, the oldest of them being number 0."""
         return (self.index << _KEYS_PER_ROBOT_BITS) + self._left + number
+
+    def key_at(self, stamp_ns: int) -> int | None:
+        """Return the key of the variable of exactly this stamp, if it is in the graph."""
+        number = _number_of(self.stamps_ns, stamp_ns)
+        return None if number is None else self.key(number)
 
     def newest_key(self) -> int:
         """Return the key of the newest variable."""
@@ -115,3 +120,9 @@ class Node(NamedTuple):
         near = [number for number in (after - 1, after) if 0 <= number < len(track.stamps_ns)]
         nodes = [cls(track.key(number), abs(track.stamps_ns[number] - stamp_ns) * 1e-9) for number in near]
         return min(nodes, key=lambda node: node.gap_s, default=None)
+
+
+def _number_of(stamps_ns: list[int], stamp_ns: int) -> int | None:
+    """Return which of some stamps, ascending, a stamp is; None where it is none of them."""
+    number = bisect_left(stamps_ns, stamp_ns)
+    return number if number < len(stamps_ns) and stamps_ns[number] == stamp_ns else None
