@@ -17,6 +17,7 @@ from agent.clocks.clock_map import ClockMap
 from agent.clocks.local_clock import LocalClock
 from agent.guard_pipe import DriveOrder
 from agent.guard_process import GuardProcess
+from deploy.unwinding import unwind_on_signals
 from protocol.geometry import Array
 from tests.emulated_board import emulated_board
 from tests.serial_robot import write_serial_robot
@@ -31,6 +32,7 @@ _ORDER = DriveOrder(left_rad_s=1.0, right_rad_s=1.0, valid_s=0.4, answers_ns=0)
 
 def main() -> int:
     """Print a line for each board; return 1 where the median cycle of one is longer than it may be."""
+    unwind_on_signals()
     holds = True
     for board, told in BOARDS.items():
         with tempfile.TemporaryDirectory() as folder, emulated_board(board, Path(folder) / "wheels", *told) as emulated:

@@ -20,6 +20,7 @@ from deploy.formation_log import FormationLog
 from deploy.recorder import Recorder
 from deploy.scenario_plan import arena_arguments, plan_of
 from deploy.simulation import Director, Plan, running_simulation
+from deploy.unwinding import unwind_on_signals
 from protocol.errors import OmmatidiaError
 from protocol.messages import AgentStatus
 from sim.arena import random_arena
@@ -32,6 +33,7 @@ AFTERWARDS_S = 10.0  # the world goes on for, so that all can be asked how they 
 
 def main() -> int:
     """Run the command line; return the exit code."""
+    unwind_on_signals()
     parser = argparse.ArgumentParser(prog="python -m tests.bench.latency", description=__doc__)
     parser.add_argument("--seed", type=int, default=1, help="of the arena (default: %(default)s)")
     parser.add_argument("--robots", type=int, default=3, help="how many (default: %(default)s)")

@@ -13,6 +13,7 @@ import time
 from pathlib import Path
 from typing import NamedTuple
 
+from deploy.unwinding import unwind_on_signals
 from tests.firmware_swarm import FirmwareSwarm, running_firmware_swarm
 from tests.loopback.family import only_child
 
@@ -38,6 +39,7 @@ class Taken(NamedTuple):
 
 def main() -> int:
     """Print a line for each process and one for the bound; return 1 where it is missed."""
+    unwind_on_signals()
     with tempfile.TemporaryDirectory() as folder:
         scenario = Path(folder) / "load.toml"
         scenario.write_text(SCENARIO)
