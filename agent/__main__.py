@@ -17,8 +17,8 @@ from agent.camera_watch import CameraWatch
 from agent.clocks.clock_map import ServerStamps
 from agent.clocks.local_clock import parse_clock
 from agent.config import AgentConfig, load_config
-from agent.drivers.cameras import open_camera
-from agent.helm_process import HelmProcess
+from agent.drivers.open_camera import open_camera
+from agent.driving.helm_process import HelmProcess
 from agent.methods import make_pipeline
 from agent.process import new_epoch, run_until_stopped
 from agent.service import Service

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from agent.config import AgentConfig, BusCameraSettings
 from agent.doctor.finding import Finding, bad, good, warning
 from agent.drivers.camera import Camera
-from agent.drivers.cameras import open_camera
+from agent.drivers.open_camera import open_camera
 from agent.rig import Calibration
 from agent.vision.brightness import LEAST_LEVEL, brightness
 from agent.vision.sharpness import BLURRED, sharpness

@@ -15,8 +15,8 @@ import numpy as np
 
 from agent.clocks.clock_map import ClockMap
 from agent.clocks.local_clock import LocalClock
-from agent.guard_pipe import DriveOrder
-from agent.guard_process import GuardProcess
+from agent.driving.guard_pipe import DriveOrder
+from agent.driving.guard_process import GuardProcess
 from deploy.unwinding import unwind_on_signals
 from protocol.geometry import Array
 from tests.emulated_board import emulated_board

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from agent.clocks.clock_map import ServerStamps
 from agent.clocks.local_clock import LocalClock
-from agent.helm_process import HelmProcess
+from agent.driving.helm_process import HelmProcess
 from protocol.bus import Bus
 from protocol.fields import Packed, pose_tuple
 from protocol.geometry import Pose2

@@ -11,8 +11,8 @@ import pytest
 
 from agent.clocks.clock_map import ClockMap
 from agent.clocks.local_clock import LocalClock
-from agent.guard_pipe import DriveOrder
-from agent.guard_process import GuardProcess
+from agent.driving.guard_pipe import DriveOrder
+from agent.driving.guard_process import GuardProcess
 from protocol.messages import WheelReadings
 from tests.serial_robot import write_serial_robot
 from tests.unit.agent.drivers.port import Board, Port

@@ -38,7 +38,7 @@ def test_a_service_is_ready_when_it_says_so_is_watched_and_comes_back(unit: Path
 
 def test_the_wheels_are_stopped_by_a_program_of_its_own_whatever_ended_the_agent() -> None:
     (unit,) = (unit for unit in UNITS if unit.stem == "ommatidia-agent")
-    assert "-m agent.stop_wheels" in sections(unit)["Service"]["ExecStopPost"]
+    assert "-m agent.driving.stop_wheels" in sections(unit)["Service"]["ExecStopPost"]
 
 
 def test_what_the_wheel_guard_keeps_outlives_the_agent() -> None:

@@ -1,4 +1,4 @@
-"""How the wheel guard comes by its wheels: the driver that the configuration file names."""
+"""Opens the wheels that a robot's settings name."""
 
 from __future__ import annotations
 

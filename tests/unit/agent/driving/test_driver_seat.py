@@ -11,8 +11,8 @@ import pytest
 from agent.control.limits import DriveLimits
 from agent.control.second_look import BACK_M, HELD_S
 from agent.control.setpoints import FRESH_S
-from agent.driver_seat import BLIND_S, POSES_LIMIT_S, DriverSeat
-from agent.guard_pipe import DriveOrder
+from agent.driving.driver_seat import BLIND_S, POSES_LIMIT_S, DriverSeat
+from agent.driving.guard_pipe import DriveOrder
 from agent.rig import Body
 from agent.wheel_history import WheelHistory
 from protocol.fields import pose_tuple

@@ -11,13 +11,13 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from agent.child import Child
 from agent.clocks.clock_map import ServerStamps
 from agent.clocks.local_clock import LocalClock
 from agent.drivers.wheels import WheelCondition
-from agent.helm_pipe import HelmReport, Look
-from agent.helm_process import HelmProcess
-from agent.pipe import Pipe
+from agent.driving.child import Child
+from agent.driving.helm_pipe import HelmReport, Look
+from agent.driving.helm_process import HelmProcess
+from agent.driving.pipe import Pipe
 from protocol.errors import DriverError
 from protocol.fields import Packed
 from protocol.messages import WheelReadings

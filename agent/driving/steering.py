@@ -14,12 +14,12 @@ from agent.clocks.clock_map import ClockMap
 from agent.clocks.local_clock import LocalClock
 from agent.clocks.server_clock import ServerClock
 from agent.config import AgentConfig
-from agent.driver_seat import DriverSeat
 from agent.drivers.wheels import WheelCondition
-from agent.guard_pipe import DriveOrder, Latch, LatchOrder
-from agent.helm_pipe import HelmReport, Look
-from agent.pipe import Pipe
-from agent.stop_desk import StopDesk
+from agent.driving.driver_seat import DriverSeat
+from agent.driving.guard_pipe import DriveOrder, Latch, LatchOrder
+from agent.driving.helm_pipe import HelmReport, Look
+from agent.driving.pipe import Pipe
+from agent.driving.stop_desk import StopDesk
 from agent.wheel_history import WheelHistory
 from protocol.bus import Bus
 from protocol.messages import Drive, Setpoints, WheelReadings

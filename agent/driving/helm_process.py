@@ -7,11 +7,11 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Self
 
-from agent.child import START_S, Child
 from agent.clocks.clock_map import ClockMap, ServerStamps
 from agent.clocks.local_clock import LocalClock
 from agent.drivers.wheels import WheelCondition
-from agent.helm_pipe import HelmReport, Look
+from agent.driving.child import START_S, Child
+from agent.driving.helm_pipe import HelmReport, Look
 from protocol.errors import DriverError
 from protocol.geometry import Array
 from protocol.messages import Drive, LocalMap, WheelReadings
@@ -32,7 +32,7 @@ class HelmProcess:
     @classmethod
     def start(cls, config_file: Path, clock: LocalClock, stamps: ServerStamps) -> Self:
         """Start the helm of the robot in a configuration file, by this clock."""
-        return cls(Child.start("helm", "agent.helm", config_file, clock), stamps)
+        return cls(Child.start("helm", "agent.driving.helm", config_file, clock), stamps)
 
     @property
     def refused(self) -> Mapping[str, int]:

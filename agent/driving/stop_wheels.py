@@ -1,4 +1,4 @@
-"""Stops a robot's wheels without any other part of it, such as after its service has ended. `python -m agent.stop_wheels --config FILE`.
+"""Stops a robot's wheels without any other part of it. `python -m agent.driving.stop_wheels --config FILE`.
 
 It opens the serial port, says stop, and ends: at once, and with exit code 0, even where there is no port any more. Wheels of a simulated or
 recorded world have none.
@@ -21,7 +21,7 @@ TIMES, PAUSE_S = 3, 0.03
 
 def main(arguments: list[str]) -> int:
     """Stop the wheels of the robot in a configuration file; return the exit code: 0, or 2 where the file says nothing of any wheels."""
-    parser = argparse.ArgumentParser(prog="python -m agent.stop_wheels", description="Stops a robot's wheels, whatever else runs.")
+    parser = argparse.ArgumentParser(prog="python -m agent.driving.stop_wheels", description="Stops a robot's wheels, whatever else runs.")
     parser.add_argument("--config", type=Path, required=True, metavar="FILE", help="the agent's configuration file")
     try:
         wheels = load_config(parser.parse_args(arguments).config).wheels

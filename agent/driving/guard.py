@@ -1,4 +1,4 @@
-"""The wheel guard: the robot's third process, which alone owns the wheels. `python -m agent.guard --config FILE --pipe FD`.
+"""The wheel guard: the robot's third process, which alone owns the wheels. `python -m agent.driving.guard --config FILE --pipe FD`.
 
 It turns at least every 20 ms, hands the wheels' readings to the helm and the helm's drive orders to the wheels, and stops the wheels
 when an order has become too old, when the helm's loop has stood still for 0.2 s, when it is told to hold them, when a bumper, a wheel-drop
@@ -14,15 +14,15 @@ import time
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
-from agent.child import told
 from agent.clocks.clock_map import ServerStamps
 from agent.clocks.local_clock import LocalClock
 from agent.config import load_config
-from agent.drivers.opening import open_wheels
+from agent.drivers.open_wheels import open_wheels
 from agent.drivers.wheels import WheelCondition, Wheels
-from agent.guard_pipe import FREE, MOST_REASON, DriveOrder, GuardReport, Instruction, LatchOrder
-from agent.latch_file import LatchFile
-from agent.pipe import Pipe
+from agent.driving.child import told
+from agent.driving.guard_pipe import FREE, MOST_REASON, DriveOrder, GuardReport, Instruction, LatchOrder
+from agent.driving.latch_file import LatchFile
+from agent.driving.pipe import Pipe
 from protocol.errors import OmmatidiaError
 from protocol.logs import start_logging
 from protocol.messages import WheelCommand, WheelReadings
@@ -166,7 +166,7 @@ class Guard:
 def main(arguments: list[str]) -> int:
     """Run the guard of the robot in a configuration file, over an inherited socket; return the exit code."""
     stop = StopRequest()
-    config_file, clock, pipe = told("agent.guard", "The wheel guard; a helm starts it.", arguments)
+    config_file, clock, pipe = told("agent.driving.guard", "The wheel guard; a helm starts it.", arguments)
     start_logging("wheel guard")
     try:
         _guard(config_file, clock, pipe, stop)

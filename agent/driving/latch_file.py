@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Self
 
-from agent.guard_pipe import FREE, MOST_REASON, Latch
+from agent.driving.guard_pipe import FREE, MOST_REASON, Latch
 
 _NAME = "wheels_stopped"
 _REASON_LOST = "held before the restart; the reason is lost"

@@ -11,11 +11,11 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Self
 
-from agent.child import START_S, Child
 from agent.clocks.clock_map import ClockMap
 from agent.clocks.local_clock import LocalClock
 from agent.drivers.wheels import WheelCondition
-from agent.guard_pipe import FREE, DriveOrder, GuardReport, Instruction, Latch, LatchOrder
+from agent.driving.child import START_S, Child
+from agent.driving.guard_pipe import FREE, DriveOrder, GuardReport, Instruction, Latch, LatchOrder
 from protocol.errors import DriverError
 from protocol.messages import WheelReadings
 from protocol.stopping import Stopped
@@ -42,7 +42,7 @@ class GuardProcess:
     @classmethod
     def start(cls, config_file: Path, clock: LocalClock) -> Self:
         """Start the guard of the robot in a configuration file, by this clock."""
-        spawn = partial(Child.start, "wheel guard", "agent.guard", config_file, clock)
+        spawn = partial(Child.start, "wheel guard", "agent.driving.guard", config_file, clock)
         return cls(spawn(), spawn)
 
     @property

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Self
 
 from agent.clocks.local_clock import LocalClock, parse_clock
-from agent.pipe import Pipe
+from agent.driving.pipe import Pipe
 from protocol.errors import DriverError
 from protocol.stopping import Stopped
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from agent.stop_wheels import TIMES, main
+from agent.driving.stop_wheels import TIMES, main
 from tests.unit.agent.drivers.port import Port
 
 CONFIG = """\

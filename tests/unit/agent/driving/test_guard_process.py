@@ -11,11 +11,11 @@ from dataclasses import dataclass
 
 import pytest
 
-from agent.child import Child
 from agent.drivers.wheels import WheelCondition
-from agent.guard_pipe import DriveOrder, GuardReport, Instruction, Latch, LatchOrder
-from agent.guard_process import GuardProcess
-from agent.pipe import Pipe
+from agent.driving.child import Child
+from agent.driving.guard_pipe import DriveOrder, GuardReport, Instruction, Latch, LatchOrder
+from agent.driving.guard_process import GuardProcess
+from agent.driving.pipe import Pipe
 from protocol.errors import DriverError
 from protocol.fields import Packed
 from protocol.messages import WheelCommand, WheelReadings

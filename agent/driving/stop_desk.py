@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import deque
 from typing import Literal, Protocol
 
-from agent.guard_pipe import Latch, LatchOrder
+from agent.driving.guard_pipe import Latch, LatchOrder
 from protocol.bus import Bus
 from protocol.inbox import PendingQuery
 from protocol.messages import StopState

@@ -12,11 +12,11 @@ import pytest
 from agent.clocks.clock_map import ClockMap
 from agent.clocks.local_clock import LocalClock
 from agent.drivers.wheels import WheelCondition
-from agent.guard import HEARTBEAT_LIMIT_S
-from agent.guard_pipe import DriveOrder, Latch, LatchOrder
-from agent.helm_pipe import HelmReport, Look
-from agent.pipe import Pipe
-from agent.steering import Steering
+from agent.driving.guard import HEARTBEAT_LIMIT_S
+from agent.driving.guard_pipe import DriveOrder, Latch, LatchOrder
+from agent.driving.helm_pipe import HelmReport, Look
+from agent.driving.pipe import Pipe
+from agent.driving.steering import Steering
 from protocol.bus import Bus
 from protocol.fields import Packed, pose_tuple
 from protocol.geometry import Pose2

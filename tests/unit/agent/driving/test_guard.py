@@ -14,10 +14,10 @@ from agent.clocks.clock_map import ServerStamps
 from agent.clocks.local_clock import LocalClock
 from agent.control.twist import within_wheel_speed
 from agent.drivers.wheels import WheelCondition
-from agent.guard import CYCLE_S, HEARTBEAT_LIMIT_S, Guard
-from agent.guard_pipe import DriveOrder, GuardReport, Instruction, LatchOrder
-from agent.latch_file import LatchFile
-from agent.pipe import Pipe
+from agent.driving.guard import CYCLE_S, HEARTBEAT_LIMIT_S, Guard
+from agent.driving.guard_pipe import DriveOrder, GuardReport, Instruction, LatchOrder
+from agent.driving.latch_file import LatchFile
+from agent.driving.pipe import Pipe
 from protocol.errors import DecodeError, DriverError
 from protocol.fields import Packed
 from protocol.messages import WheelCommand, WheelReadings

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from agent.guard_pipe import Latch
-from agent.latch_file import LatchFile
+from agent.driving.guard_pipe import Latch
+from agent.driving.latch_file import LatchFile
 
 FREE = Latch(stopped=False, reason="", orders=0)
 

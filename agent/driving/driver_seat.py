@@ -20,7 +20,7 @@ from agent.control.setpoints import Broadcast, SetpointGate, Standing
 from agent.control.tracking import Reference, track
 from agent.control.trail import Trail
 from agent.control.twist import STANDING, Twist, wheel_speeds
-from agent.guard_pipe import ORDER_LIMIT_S, DriveOrder
+from agent.driving.guard_pipe import ORDER_LIMIT_S, DriveOrder
 from agent.rig import Body
 from agent.slam.odometry import WheelGeometry
 from agent.wheel_history import WheelHistory

@@ -1,4 +1,4 @@
-"""The helm: the robot's second process, which answers setpoints. `python -m agent.helm --config FILE --pipe FD`.
+"""The helm: the robot's second process, which answers setpoints. `python -m agent.driving.helm --config FILE --pipe FD`.
 
 A picture is long in work, and setpoints cannot wait for it: so the agent sees in its own process, and this one steers by what it has seen.
 The helm starts the wheel guard and ends with the agent, in a session of its own, so that whatever ends the agent leaves it the time to.
@@ -12,14 +12,14 @@ from contextlib import ExitStack
 from functools import partial
 from pathlib import Path
 
-from agent.child import told
 from agent.clocks.local_clock import LocalClock
 from agent.config import load_config
 from agent.drivers.wheels import WheelCondition
-from agent.guard_process import GuardProcess
-from agent.helm_pipe import HelmReport, Look
-from agent.pipe import Pipe
-from agent.steering import Steering
+from agent.driving.child import told
+from agent.driving.guard_process import GuardProcess
+from agent.driving.helm_pipe import HelmReport, Look
+from agent.driving.pipe import Pipe
+from agent.driving.steering import Steering
 from protocol.errors import OmmatidiaError
 from protocol.logs import start_logging
 from protocol.news import News
@@ -29,7 +29,7 @@ from protocol.stopping import Stopped, StopRequest, await_client
 def main(arguments: list[str]) -> int:
     """Steer the robot in a configuration file, over an inherited socket; return the exit code."""
     stop = StopRequest()
-    config_file, clock, pipe = told("agent.helm", "The helm; an agent starts it.", arguments)
+    config_file, clock, pipe = told("agent.driving.helm", "The helm; an agent starts it.", arguments)
     start_logging("helm")
     try:
         _steer(config_file, clock, pipe, stop)

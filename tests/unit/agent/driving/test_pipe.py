@@ -11,8 +11,8 @@ import pytest
 from pydantic import ValidationError
 
 from agent.drivers.wheels import WheelCondition
-from agent.guard_pipe import DriveOrder, GuardReport, Instruction, Latch, LatchOrder
-from agent.pipe import Pipe
+from agent.driving.guard_pipe import DriveOrder, GuardReport, Instruction, Latch, LatchOrder
+from agent.driving.pipe import Pipe
 from protocol.errors import DecodeError
 from protocol.fields import Packed
 from protocol.messages import WheelCommand, WheelReadings
