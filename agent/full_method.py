@@ -30,6 +30,7 @@ from agent.vision.motion_vectors import no_vectors
 from agent.vision.outlines import Mask, find_borders, open_rings
 from agent.vision.range_profile import range_profile, round_bases, tall_bases
 from agent.vision.robot_outlines import parted_from_robots, shown_share
+from agent.vision.robot_scan import RobotScan
 from agent.wheel_history import WheelState
 from protocol.geometry import Array
 from protocol.messages import RigValue
@@ -58,6 +59,7 @@ class FullMethod:
         self._corners = CornerFollower(optics.view, optics.projection, optics.view.scale / float(np.mean(calibration.focal_px)))
         self._landmarks = Landmarks(optics.patch)
         self._memory = FloorMemory(optics.patch, optics.view.body_range_m, body.body_radius_m, optics.eye_m)
+        self._scan = RobotScan(optics.projection, body.body_radius_m, body.body_height_m)
         self._watch = RobotWatch(optics.fitter, body.body_radius_m, optics.eye_m)
         self._lifts = 0
         self._last: tuple[Picture, Mask] | None = None  # grey camera picture, and what is not floor in the view
@@ -103,7 +105,8 @@ class FullMethod:
             profile = range_profile(borders, self._optics.view, self._optics.eye_m)
             bases = round_bases(profile, self._body.body_radius_m, BASE_TOLERANCE_IN_HEIGHTS * self._optics.height_m)
             tall = tall_bases(bases, self._body.body_height_m, borders, self._optics.view, self._optics.projection)
-            robots = self._watch.look(grey, motion.odom_from_body, tall, self._shown_in(mask))
+            likely = self._scan.bases(grey, frame.seq)
+            robots = self._watch.look(grey, motion.odom_from_body, (tall, likely), self._shown_in(mask))
         with stage("report"):
             self._show = partial(
                 make_view, stamp_ns, picture, mask, self._optics.view, (borders.edges, labels), (vectors, kept), regions, robots

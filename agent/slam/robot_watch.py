@@ -46,6 +46,23 @@ class _Known:
         return self.frames < NEW_FRAMES or self.frames % CHECK_FRAMES == 0
 
 
+class _Refused:
+    """Remembers where no robot was found, for a while."""
+
+    def __init__(self) -> None:
+        self._places: list[tuple[Array, int]] = []  # (2,) [odom], and the frame
+
+    def add(self, place: Array, frame: int) -> None:
+        self._places.append((place, frame))
+
+    def rest(self, frame: int) -> None:
+        """Forget what was refused long before a frame."""
+        self._places = [(place, then) for place, then in self._places if frame - then < PAUSE_FRAMES]
+
+    def holds(self, place: Array) -> bool:
+        return any(np.hypot(*(place - other)) < SAME_PLACE_M for other, _ in self._places)
+
+
 class RobotWatch:
     """Remembers where robots were last found, and where none was."""
 
@@ -54,7 +71,7 @@ class RobotWatch:
         self._radius_m = radius_m
         self._eye_m = eye_m  # (2,) the point under the camera [body]
         self._known: list[_Known] = []
-        self._refused: list[tuple[Array, int]] = []  # place [odom] and frame
+        self._refused: tuple[_Refused, _Refused] = (_Refused(), _Refused())
         self._frame = 0
 
     def refit(self, fitter: RobotFitter, eye_m: Array) -> None:
@@ -66,29 +83,39 @@ class RobotWatch:
         places_m = [known.expected_m() for known in self._known]
         return odom_from_body.inverse().apply(np.array(places_m).reshape(-1, 2))
 
-    def look(self, grey: Picture, odom_from_body: Pose2, bases: Array, shown: Shown) -> list[RobotFit]:
-        """Return all robots found in a grey camera picture; `bases`, (n, 2), are range and bearing from the camera of what might be one.
+    def look(self, grey: Picture, odom_from_body: Pose2, bases: tuple[Array, Array], shown: Shown) -> list[RobotFit]:
+        """Return all robots found in a grey camera picture.
 
-        `shown` tells for a place, (2,) [body], how much of a robot that stands there is no floor.
+        `bases` are range and bearing from the camera of what might be one, (n, 2) each: as the border of what is no floor tells, and as
+        the picture alone does. Neither holds up the other. `shown` tells for a place, (2,) [body], how much of a robot that stands there is
+        no floor.
         """
         self._frame += 1
         found = self._follow(grey, odom_from_body, shown)
-        tries_left = self._tries()
+        tries = self._tries()
+        for likely, refused in zip(bases, self._refused, strict=True):
+            refused.rest(self._frame)
+            self._try_some(grey, odom_from_body, likely, tries, refused, found, shown)
+        return found
+
+    def _try_some(
+        self, grey: Picture, odom_from_body: Pose2, bases: Array, tries: int, refused: _Refused, found: list[RobotFit], shown: Shown
+    ) -> None:
+        """Try some of `bases`, (n, 2), and add what robots are there to `found`."""
         for range_m, bearing_rad in bases:
             centre = self._eye_m + range_m * np.array([np.cos(bearing_rad), np.sin(bearing_rad)])
             place = odom_from_body.apply(centre)
-            if not tries_left:
-                break
-            if self._taken(centre, found) or self._resting(place):
+            if not tries:
+                return
+            if self._taken(centre, found) or refused.holds(place):
                 continue
-            tries_left -= 1
+            tries -= 1
             fit = _if_shown(self._try(grey, float(range_m), float(bearing_rad)), shown)
             if fit is None or self._taken(fit.centre_m, found):
-                self._refused.append((place, self._frame))
+                refused.add(place, self._frame)
             else:
                 found.append(fit)
                 self._known.append(_Known(odom_from_body.apply(fit.centre_m), np.zeros(2), fit.centre_m))
-        return found
 
     def _tries(self) -> int:
         """Return how many new places may be tried in this frame: some while nobody is in view, then one in every other frame."""
@@ -129,10 +156,6 @@ class RobotWatch:
 
     def _taken(self, centre_m: Array, found: list[RobotFit]) -> bool:
         return any(np.hypot(*(centre_m - other.centre_m)) < self._radius_m for other in found)
-
-    def _resting(self, place_m: Array) -> bool:
-        self._refused = [(place, frame) for place, frame in self._refused if self._frame - frame < PAUSE_FRAMES]
-        return any(np.hypot(*(place - place_m)) < SAME_PLACE_M for place, _ in self._refused)
 
     def _try(self, grey: Picture, range_m: float, bearing_rad: float) -> RobotFit | None:
         start = self._fitter.search(grey, range_m - self._radius_m, bearing_rad)

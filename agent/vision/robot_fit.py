@@ -56,9 +56,25 @@ class RobotFit:
     misfit_px: float  # median distance of the upright sides from their edges: tells a base from a ring painted above it
 
 
-class _Silhouette(NamedTuple):
+class Silhouette(NamedTuple):
+    """Points on the outline of an upright cylinder as the camera sees it: base arc, left side, right side, rim arc."""
+
     points: Array  # (..., n, 3) [m; body]
     normals: Array  # (..., n, 3) outward, horizontal
+
+
+def silhouettes(centres: Array, eye_m: Array, radius_m: float, height_m: float) -> Silhouette:
+    """Return the outlines of cylinders that stand at `centres`, (..., 2), for a camera above `eye_m`, (2,) [m; body]."""
+    away = centres - eye_m
+    towards = np.arctan2(-away[..., 1], -away[..., 0])[..., None]
+    distance = np.hypot(away[..., 0], away[..., 1])[..., None]
+    half = np.arccos(np.minimum(radius_m / distance, 1.0))  # tangents from the camera touch the base here
+    angles = towards + _TURNS + half * _SHARES
+    normals = np.stack([np.cos(angles), np.sin(angles), np.zeros_like(angles)], axis=-1)
+    points = radius_m * normals
+    points[..., :2] += centres[..., None, :]
+    points[..., 2] = height_m * _HEIGHTS
+    return Silhouette(points, normals)
 
 
 class RobotFitter:
@@ -113,25 +129,12 @@ class RobotFitter:
         # Errors of neighbouring edges go together (shadow, calibration): a quarter of the edges are taken as independent.
         return RobotFit(centre, np.asarray(4.0 * spread * (scatter + EDGE_SIGMA_PX**2)), support, float(median(sides)))
 
-    def _silhouette(self, centres: Array) -> _Silhouette:
-        """Return the outlines of robots that stand at `centres`, (..., 2) [m; body]: base arc, left and right side, rim arc."""
-        away = centres - self._eye_m
-        towards = np.arctan2(-away[..., 1], -away[..., 0])[..., None]
-        distance = np.hypot(away[..., 0], away[..., 1])[..., None]
-        half = np.arccos(np.minimum(self._radius_m / distance, 1.0))  # tangents from the camera touch the base here
-        angles = towards + _TURNS + half * _SHARES
-        normals = np.stack([np.cos(angles), np.sin(angles), np.zeros_like(angles)], axis=-1)
-        points = self._radius_m * normals
-        points[..., :2] += centres[..., None, :]
-        points[..., 2] = self._height_m * _HEIGHTS
-        return _Silhouette(points, normals)
-
     def _measure(self, grey: Picture, centre: Array) -> tuple[Array, NDArray[np.bool_], Array]:
         """Return for every silhouette point where its edge is, along the picture's normal, (n,) [px], and whether one was found, (n,).
 
         The third result, (n, 2) [px/m], is how the point moves along that normal with the centre.
         """
-        points, normals = self._silhouette(centre)
+        points, normals = silhouettes(centre, self._eye_m, self._radius_m, self._height_m)
         moved = np.concatenate([points, points + STEP_M * normals, points + _AHEAD, points + _ASIDE])
         here, *elsewhere = self._projection.pixels_from_points(moved).reshape(4, -1, 2)
         outward, ahead, aside = (pixels - here for pixels in elsewhere)
@@ -156,7 +159,7 @@ class RobotFitter:
 
     def _scores(self, grey: Picture, centres: Array) -> Array:
         """Return the mean clipped contrast across the silhouettes of robots at `centres`, (n, 2) [m; body]."""
-        shapes = self._silhouette(centres)
+        shapes = silhouettes(centres, self._eye_m, self._radius_m, self._height_m)
         points, normals = shapes.points[:, ::2], shapes.normals[:, ::2]
         width = 0.004
         ends = np.stack([points + width * normals, points - width * normals])

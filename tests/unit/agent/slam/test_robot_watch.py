@@ -74,7 +74,7 @@ def watch(fitter: CountingFitter) -> RobotWatch:
 
 
 def look(watch: RobotWatch, moment: Moment, bases: Array) -> list[RobotFit]:
-    return watch.look(moment.grey, moment.arena_from_body, bases, lambda place_m: 1.0)
+    return watch.look(moment.grey, moment.arena_from_body, (bases, NO_BASES), lambda place_m: 1.0)
 
 
 def begin(watch: RobotWatch, first: list[Moment]) -> None:
@@ -172,6 +172,12 @@ def test_a_robot_is_still_found_beside_a_resting_place(moments: list[Moment], wa
     assert len(look(watch, moments[1], moments[1].bases())) == 2
 
 
+def test_what_the_floors_border_suggests_does_not_hold_up_what_the_picture_does(moments: list[Moment], watch: RobotWatch) -> None:
+    bare = np.array([(0.5, bearing) for bearing in (-0.9, -0.45, 0.0, 0.45, 0.9)])
+    found = watch.look(moments[0].grey, moments[0].arena_from_body, (bare, moments[0].bases()), lambda place_m: 1.0)
+    assert len(found) == 2
+
+
 def test_no_more_places_are_tried_in_a_frame_than_time_allows(moments: list[Moment], watch: RobotWatch, fitter: CountingFitter) -> None:
     bare = np.array([(0.5, bearing) for bearing in (-0.9, -0.45, 0.0, 0.45, 0.9)])
     look(watch, moments[0], bare)
@@ -181,11 +187,11 @@ def test_no_more_places_are_tried_in_a_frame_than_time_allows(moments: list[Mome
 
 
 def test_nothing_is_a_robot_through_which_floor_shows(moments: list[Moment], watch: RobotWatch) -> None:
-    found = watch.look(moments[0].grey, moments[0].arena_from_body, moments[0].bases(), lambda place_m: 0.5)
+    found = watch.look(moments[0].grey, moments[0].arena_from_body, (moments[0].bases(), NO_BASES), lambda place_m: 0.5)
     assert found == []
     begin(watch, moments[PAUSE_FRAMES:])
     moment = moments[PAUSE_FRAMES + 2]
-    assert watch.look(moment.grey, moment.arena_from_body, NO_BASES, lambda place_m: 0.5) == []
+    assert watch.look(moment.grey, moment.arena_from_body, (NO_BASES, NO_BASES), lambda place_m: 0.5) == []
 
 
 def test_robots_that_are_out_of_view_are_given_up(moments: list[Moment], watch: RobotWatch) -> None:

@@ -1,0 +1,97 @@
+"""Where in the picture other robots may be, whatever the floor looks like: silhouettes of robots all around are held against it.
+
+A robot in a patch of sunlight, or before a box, is one region with it, whose border tells of no round base. Its silhouette stands out all
+the same. All places up to a reach are tried, each sector in its turn, at a pixel a point; what is likely is for a fit to confirm.
+"""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from agent.vision.floor_projection import FloorProjection
+from agent.vision.floor_view import Picture
+from agent.vision.robot_fit import BASE_POINTS, SIDE_POINTS, silhouettes
+from protocol.geometry import Array
+
+SECTORS = 4
+REACH_IN_HEIGHTS = 2.0  # farther out a robot is a few pixels wide
+NEAREST_IN_RADII = 2.6  # nearer, its rim leaves the picture
+STEP_RAD = 0.018  # between places, as the camera sees them; a search starts from within half of it
+ACROSS_M = 5e-3  # from a point of the silhouette to where in and out are compared
+CLIPPED = 24.0  # grey levels; beyond this a difference counts no more
+LIKELY = 1.0  # of 1.5 at most; patterns, boxes and cylinders of other sizes come to 0.9
+MOST = 2  # places that are told of a sector
+_BASE, _LEFT, _RIGHT = (
+    slice(0, BASE_POINTS // 2),
+    slice(BASE_POINTS // 2, (BASE_POINTS + SIDE_POINTS) // 2),
+    slice((BASE_POINTS + SIDE_POINTS) // 2, BASE_POINTS // 2 + SIDE_POINTS),
+)
+
+
+class RobotScan:
+    """Holds silhouettes of one size against pictures of one camera; the camera may be drawn a little wrong."""
+
+    def __init__(self, projection: FloorProjection, radius_m: float, height_m: float) -> None:
+        self._radius_m = radius_m
+        eye_m = projection.body_from_camera[:2, 3]
+        polar = _places(projection.camera_height_m, radius_m)
+        self._polar = [polar[_sector(polar[:, 1]) == number] for number in range(SECTORS)]
+        self._pixels = [_across(projection, eye_m, each, radius_m, height_m) for each in self._polar]
+
+    def bases(self, grey: Picture, turn: int) -> Array:
+        """Return where in one sector robots are likely to stand, (n, 2) range and bearing from the camera [m, rad], the likeliest first.
+
+        Every `turn` is another sector's.
+        """
+        number = turn % SECTORS
+        polar, (columns, rows) = self._polar[number], self._pixels[number]
+        outer, inner = np.split(cv2.remap(grey, columns, rows, cv2.INTER_NEAREST).astype(np.float32), 2)
+        contrast = np.minimum(np.abs(outer - inner), CLIPPED) / CLIPPED
+        base, left, right = (contrast[:, part].mean(axis=1) for part in (_BASE, _LEFT, _RIGHT))
+        scores = np.minimum(base, np.maximum(left, right)) + 0.5 * np.minimum(left, right)
+        return np.asarray(polar[_best(scores, polar, self._radius_m)])
+
+
+def _places(height_m: float, radius_m: float) -> Array:
+    """Return all places to try, (n, 2) range and bearing [m, rad], as far apart as the camera sees the same angle between them."""
+    depressions = np.arange(np.arctan(NEAREST_IN_RADII * radius_m / height_m), np.arctan(REACH_IN_HEIGHTS), STEP_RAD)
+    rings = []
+    for depression in depressions:
+        count = int(np.ceil(2.0 * np.pi * depression / STEP_RAD))
+        bearings = np.arange(count) * (2.0 * np.pi / count) - np.pi
+        rings.append(np.column_stack([np.full(count, height_m * np.tan(depression)), bearings]))
+    return np.concatenate(rings)
+
+
+def _sector(bearing_rad: Array) -> NDArray[np.intp]:
+    return np.floor((bearing_rad + np.pi) * (SECTORS / (2.0 * np.pi))).astype(np.intp) % SECTORS
+
+
+def _across(
+    projection: FloorProjection, eye_m: Array, polar: Array, radius_m: float, height_m: float
+) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    """Return columns and rows of the pixels on both sides of every other point of base and upright sides, each (2 n, points)."""
+    range_m, bearing_rad = polar.T
+    centres = eye_m + range_m[:, None] * np.stack([np.cos(bearing_rad), np.sin(bearing_rad)], axis=-1)
+    shapes = silhouettes(centres, eye_m, radius_m, height_m)
+    every = slice(0, BASE_POINTS + 2 * SIDE_POINTS, 2)
+    points, normals = shapes.points[:, every], shapes.normals[:, every]
+    ends = np.concatenate([points + ACROSS_M * normals, points - ACROSS_M * normals])
+    pixels = np.nan_to_num(projection.pixels_from_points(ends.reshape(-1, 3)), nan=-1e3).astype(np.float32).reshape(*ends.shape[:2], 2)
+    return np.ascontiguousarray(pixels[..., 0]), np.ascontiguousarray(pixels[..., 1])
+
+
+def _best(scores: Array, polar: Array, radius_m: float) -> list[int]:
+    """Return the rows of the likeliest places, none of which stands inside another."""
+    left = scores > LIKELY
+    best: list[int] = []
+    while left.any() and len(best) < MOST:
+        likeliest = int(np.argmax(np.where(left, scores, -np.inf)))
+        best.append(likeliest)
+        range_m, bearing_rad = polar.T
+        towards = bearing_rad - bearing_rad[likeliest]
+        apart = np.hypot(range_m * np.cos(towards) - range_m[likeliest], range_m * np.sin(towards))
+        left &= apart > 2.0 * radius_m
+    return best
