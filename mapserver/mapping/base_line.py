@@ -8,11 +8,11 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from mapserver.mapping.silhouette import Silhouette
+from mapserver.mapping.silhouette import MARGIN_M, Silhouette
 from protocol.geometry import Array
 
 LEAST_BASE_CELLS = 15  # fewer are no base line
-OWN_SHARE, OWN_MARGIN_M = 0.15, 0.03  # of a base line within the outlines, grown by a margin: one that shows less is another thing's
+OWN_SHARE = 0.15  # of a base line within the outlines, grown by a margin: one that shows less is another thing's
 BEFORE_BASE_M = 0.3  # what begins so much nearer to the eye than a base line is another thing, before it
 BEND_WORTH = 0.55  # of depth that a base line shows by bending
 STRAIGHT_M = 0.03  # the width of a base line that does not
@@ -36,7 +36,7 @@ def own_base(views: Sequence[Silhouette], base_m: Array) -> tuple[Sequence[Silho
 
 def lies_beside(base_m: Array, base: shapely.Polygon) -> bool:
     """Tell whether no part of a base line, (n, 2) [m; arena], lies in a footprint, so that it cannot be its own."""
-    return len(base_m) >= LEAST_BASE_CELLS and not shapely.contains_xy(shapely.buffer(base, OWN_MARGIN_M, quad_segs=1), *base_m.T).any()
+    return len(base_m) >= LEAST_BASE_CELLS and not shapely.contains_xy(shapely.buffer(base, MARGIN_M, quad_segs=1), *base_m.T).any()
 
 
 def reaches_as_far(first_m: Array, second_m: Array) -> bool:
@@ -80,7 +80,7 @@ def swept(base_line: NDArray[np.uint8], way: Array, cells: int) -> NDArray[np.bo
 
 def _shown_share(base_m: Array, view: Silhouette) -> float:
     """Return how much, 0 to 1, of a base line, (n, 2) [m; arena], a view shows; 0 where what it shows begins nearer to the eye."""
-    shown = shapely.contains_xy(shapely.buffer(view.outline, OWN_MARGIN_M, quad_segs=1), *base_m.T)
+    shown = shapely.contains_xy(view.surroundings, *base_m.T)
     if not shown.any():
         return 0.0
     begins_m, base_begins_m = (float(np.hypot(*(points - view.eye_m).T).min()) for points in (view.corners, base_m[shown]))

@@ -65,9 +65,10 @@ def clusters_of(window: Window, log_odds: LogOdds) -> Clusters:
     for component in range(1, len(stats)):
         left, top, width, height, _ = stats[component]
         place = (slice(top, top + height), slice(left, left + width))
-        cells = np.argwhere((components[place] == component) & (base[place] > 0)) + np.array([top, left])
-        if len(cells) < LEAST_CELLS:
+        own = base[place] * (components[place] == component)
+        if cv2.countNonZero(own) < LEAST_CELLS:
             continue
+        cells = np.argwhere(own) + np.array([top, left])
         for part in _parts(cells, is_bare, MOST_CUTS):
             found.append(part)
             labels[part[:, 0], part[:, 1]] = len(found)
@@ -94,9 +95,8 @@ def _is_solid(cells: Cells, is_bare: NDArray[np.bool_]) -> bool:
     rows, columns = cells.max(axis=0) - low + 1
     hull = np.zeros((rows, columns), np.uint8)
     cv2.fillConvexPoly(hull, cv2.convexHull((cells - low)[:, ::-1].astype(np.int32)), 1)
-    inside = hull > 0
-    bare = is_bare[low[0] : low[0] + rows, low[1] : low[1] + columns] & inside
-    return bool(bare.sum() < (1.0 - SOLID_SHARE) * inside.sum())
+    bare = is_bare[low[0] : low[0] + rows, low[1] : low[1] + columns].view(np.uint8) & hull
+    return cv2.countNonZero(bare) < (1.0 - SOLID_SHARE) * cv2.countNonZero(hull)
 
 
 def _disc(radius: int) -> NDArray[np.uint8]:

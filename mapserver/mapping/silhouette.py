@@ -15,6 +15,7 @@ from protocol.geometry import Array
 
 HEIGHT_QUANTILE = 0.85  # of the heights seen: corners below the top are told more often than any above it
 LEAST_HEIGHTS = 2
+MARGIN_M = 0.03  # what lies so near to an outline belongs to it
 MOST_HEIGHT = 0.95  # of what stands as tall as the camera, or taller, no top is seen [camera heights]
 
 
@@ -46,6 +47,13 @@ class Silhouette:
     def centre_m(self) -> Array:
         """The outline's centroid, (2,) [m; arena]."""
         return np.asarray(shapely.get_coordinates(shapely.centroid(self.outline))[0])
+
+    @cached_property
+    def surroundings(self) -> shapely.Geometry:
+        """The outline grown by MARGIN_M, prepared for many points."""
+        grown = shapely.buffer(self.outline, MARGIN_M, quad_segs=1)
+        shapely.prepare(grown)
+        return grown
 
     def is_too_short_for(self, height_m: float) -> bool:
         """Tell whether the outline ends before the top of a thing of this height would appear, even without any depth.

@@ -66,6 +66,7 @@ class Thing:
     heights: list[SeenHeight] = field(default_factory=list)  # that views told best
     base_m: Array = field(default_factory=lambda: np.empty((0, 2)))  # (n, 2) centres of the cells with its base line [arena]
     fitted_base_m: Array = field(default_factory=lambda: np.empty((0, 2)))  # (n, 2) the base line that the shape was fitted to [arena]
+    fitted_ns: int = 0  # stamp of the newest view by then
     is_stale: bool = False  # there are better views than those that the shape was fitted to, or another base line
     is_misfit: bool = False  # its views show it too short for its height, or it stands beside its base line
 
@@ -118,7 +119,8 @@ class Thing:
     def fit(self, is_bare: IsBare) -> None:
         """Fit the footprint to the views and to the floor that is known by now to be bare."""
         self.shape = footprint(self.views, self.height_m, Ground(is_bare, self.base_m)) or self.shape
-        self.fitted_base_m, self.is_misfit, self.is_stale = self.base_m, self._is_misfit(), False
+        self.fitted_base_m, self.fitted_ns = self.base_m, self.seen_ns
+        self.is_misfit, self.is_stale = self._is_misfit(), False
 
     def _is_misfit(self) -> bool:
         """Tell whether the thing stands beside its base line, or most views, each the best from its side, show it too short for its height.
