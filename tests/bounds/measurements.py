@@ -15,11 +15,12 @@ from tests.bench.command import measure_all
 from tests.bench.frames import EXCERPT, SHARED_RECORDINGS, open_case
 from tests.bench.report import byte_figures
 from tests.bounds.flow import flow_figures
-from tests.bounds.replays import files_that_differ, replay_figures, run
+from tests.bounds.replays import files_that_differ, paced_run, replay_figures, team_figures
 from tests.bounds.table import COMPARED_ON, METHODS
 from tests.bounds.wrong_drawing import wrongly_drawn
 
 REAL_FLOW = SHARED_RECORDINGS.parent / "real" / "flow"
+REAL_TEAM = SHARED_RECORDINGS.parent / "real" / "mrclam" / "dataset6"
 WRONG_SEEDS = (1, 2)  # of what the files are wrong about
 BENCH_FRAMES = 50  # of each robot: enough for a median
 
@@ -64,14 +65,21 @@ def all_measurements() -> list[Measurement]:
             for method in METHODS
             if method != "full"
         ),
+        Measurement("unknown_starts", dynamic, partial(_unknown_starts, dynamic)),
         Measurement("rough_a", rough, partial(_replay, rough, "full")),
         *(Measurement(f"wrong_{seed}", dynamic, partial(_wrongly_drawn, dynamic, seed)) for seed in WRONG_SEEDS),
+        Measurement("utias", REAL_TEAM, lambda desk: team_figures(REAL_TEAM, desk.out / "utias", desk.console)),
         Measurement("flow", REAL_FLOW, lambda _: flow_figures(REAL_FLOW)),
     ]
 
 
 def _replay(recording: Path, method: Method, desk: Desk) -> Figures:
     return replay_figures(recording, desk.out / f"{recording.name}-{method}", desk.console, method)
+
+
+def _unknown_starts(recording: Path, desk: Desk) -> Figures:
+    """Replay a recording whose robots do not know where they start, but for the first."""
+    return replay_figures(recording, desk.out / f"{recording.name}-unknown-starts", desk.console, unknown_starts="others")
 
 
 def _wrongly_drawn(recording: Path, seed: int, desk: Desk) -> Figures:
@@ -84,7 +92,7 @@ def _wrongly_drawn(recording: Path, seed: int, desk: Desk) -> Figures:
 def _pace(desk: Desk) -> Figures:
     """Replay the excerpt at its recorded pace, and compare with the run at full speed."""
     paced = desk.out / f"{EXCERPT.name}-paced"
-    run(EXCERPT, paced, desk.console, "full", rate=1.0)
+    paced_run(EXCERPT, paced, desk.console)
     differing = files_that_differ(paced, desk.out / f"{EXCERPT.name}-full")
     return {"files_that_differ": float(len(differing))}
 

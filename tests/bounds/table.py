@@ -85,12 +85,25 @@ BOUNDS = (
     Bound("dynamic_a, wrongly drawn 2: camera height",    "wrong_2.rig_height_percent",            "<=", 0.5, "%"),
     Bound("dynamic_a, wrongly drawn 2: tilt",             "wrong_2.rig_tilt_deg",                  "<=", 0.1, "deg"),
 
+    Bound("dynamic_a, starts unknown: mean error, joined",   "unknown_starts.path_error_cm",   "<=", 0.5, "cm"),
+    Bound("dynamic_a, starts unknown: all joined within",    "unknown_starts.joined_s",        "<=", 3.0, "s"),
+
+    Bound("rough_a: mean path error, live",           "rough_a.path_error_cm",                "<=", 1.0, "cm"),
+    Bound("rough_a: mean heading error, live",        "rough_a.heading_error_deg",            "<=", 0.4, "deg"),
+    Bound("rough_a: aligned RMSE, worst robot",       "rough_a.aligned_rmse_max_cm",          "<=", 0.4, "cm"),
+    Bound("rough_a: obstacles invented",              "rough_a.invented",                     "=",  0),
+    Bound("rough_a: carried away, but still drawn",   "rough_a.carried_away_drawn",           "=",  0),
     Bound("rough_a: camera height, off by",           "rough_a.rig_height_percent",           "<=", 0.5, "%"),
     Bound("rough_a: tilt, off by",                    "rough_a.rig_tilt_deg",                 "<=", 0.1, "deg"),
     Bound("rough_a: lens centre, off by",             "rough_a.rig_centre_px",                "<=", 0.7, "px"),
     Bound("rough_a: wheel radii, off by",             "rough_a.rig_radius_percent",           "<=", 0.7, "%"),
     Bound("rough_a: wheel base, off by",              "rough_a.rig_base_percent",             "<=", 0.7, "%"),
     Bound("rough_a: wheel clock, off by",             "rough_a.rig_lag_ms",                   "<=", 4.0, "ms"),
+
+    Bound("UTIAS set 6: team RMSE, live",             "utias.live_m",                         "<=", 0.13, "m"),
+    Bound("UTIAS set 6: team RMSE, smoothed",         "utias.smoothed_m",                     "<=", 0.10, "m"),
+    Bound("UTIAS set 6: faster than real time",       "utias.speed",                          ">=", 20.0),
+    Bound("UTIAS set 6, 20 % lost: live / none lost", "utias.lossy_over_live",                "<=", 1.15),
 
     Bound("RubberWhale: flow error, median",          "flow.median_px",                       "<=", 0.047, "px"),
     Bound("RubberWhale: flow error, mean",            "flow.mean_px",                         "<=", 0.172, "px"),
