@@ -67,7 +67,7 @@ def corrected(view: View) -> Picture:
 
 
 def hulls(view: View) -> Picture:
-    """Draw the corrected points and the convex hull around those of each label (Fig. 9)."""
+    """Draw the corrected points and the outline of each label on the floor (Fig. 9): the paper's is their convex hull."""
     sheet = _floor(view)
     outlines = [sheet.pixels(outline) for outline in view.outlines_m]
     for outline in outlines:
@@ -76,7 +76,7 @@ def hulls(view: View) -> Picture:
         sheet.canvas.dot(end, _DOT_PX, _RED)
     for corner in (corner for outline in outlines for corner in outline):
         sheet.canvas.dot(corner, _DOT_PX, _GREEN)
-    return sheet.canvas.captioned(f"{len(outlines)} convex hulls")
+    return sheet.canvas.captioned(f"{len(outlines)} outlines")
 
 
 def local_map(view: View) -> Picture:

@@ -19,7 +19,7 @@ CAPTIONS = {
     "connected": "obstacle candidates, which are the labels after the connection algorithm",
     "vectors": "motion vectors of the corners by Lucas-Kanade optical flow, in the uncorrected picture",
     "corrected": "motion vectors with their ends corrected for the lens, on the floor",
-    "hulls": "outer corrected points of each label, connected by the convex hull",
+    "hulls": "corrected points, and the outline of each label on the floor, which for the paper is their convex hull",
 }
 VIEW_FIGURES = ((4, "labels"), (5, "connected"), (6, "vectors"), (8, "corrected"), (9, "hulls"))
 PANEL_VIEWS = ("connected", "vectors", "corrected", "local_map")
