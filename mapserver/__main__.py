@@ -38,10 +38,10 @@ def run(config_file: Path) -> None:
     config = load_config(config_file)
     _log.info("configuration: %s", config.model_dump_json())
     with ServiceManager() as manager, Bus.open_router(config.site, config.listen) as bus:
-        service = _service(config, bus)
+        service = _service(config, bus, manager)
         gc.freeze()  # what is loaded by now lives as long as the process: no collection has to look through it, and hold up setpoints
         print(f"ready {bus.endpoint}", flush=True)
-        service.run(stop.asked, manager)
+        service.run(stop.asked)
 
 
 def main() -> int:
@@ -56,7 +56,7 @@ def main() -> int:
     return 0
 
 
-def _service(config: MapServerConfig, bus: Bus) -> MapService:
+def _service(config: MapServerConfig, bus: Bus, manager: ServiceManager) -> MapService:
     clock = StageClock()
     names = [robot.name for robot in config.robots]
     batches: Batches = WorldBatches(names) if config.clock == "world" else WallBatches()
@@ -64,7 +64,8 @@ def _service(config: MapServerConfig, bus: Bus) -> MapService:
     broadcast = Broadcast(bus, epoch=time.time_ns() // 1_000_000)
     pipeline = MapPipeline(config.robots, clock, config.graph.effort(), config.graph.extent())
     batteries = Batteries(config.formation.low_battery)
-    return MapService(bus, names, pipeline, batches, _lead(config), server_time, broadcast, batteries, clock, loss=config.loss.loss())
+    loss = config.loss.loss()
+    return MapService(bus, names, pipeline, batches, _lead(config), server_time, broadcast, batteries, clock, manager, loss=loss)
 
 
 def _lead(config: MapServerConfig) -> Lead:

@@ -55,14 +55,18 @@ class MapService:
         broadcast: Broadcast,
         batteries: Batteries,
         clock: StageClock,
+        manager: ServiceManager,
         clock_s: Callable[[], float] = time.monotonic,
         loss: Loss | None = None,
     ) -> None:
-        """Open all topics on `bus`; only local maps of `robots` are taken, without those that `loss` drops."""
+        """Open all topics on `bus`; only local maps of `robots` are taken, without those that `loss` drops.
+
+        `manager` is told that the loop turns.
+        """
         self._bus, self._pipeline, self._batches = bus, pipeline, batches
         self._lead, self._time, self._broadcast = lead, server_time, broadcast
         self._batteries, self._stop = batteries, StopLatch()
-        self._clock, self._clock_s = clock, clock_s
+        self._clock, self._clock_s, self._manager = clock, clock_s, manager
         self._intake = Intake(robots)
         self._bytes_received = 0
         self._missing: frozenset[str] = frozenset()
@@ -80,12 +84,12 @@ class MapService:
         self._stops = bus.queries(SERVER_STOP)
         self._clocks = bus.queries(SERVER_CLOCK)
 
-    def run(self, stopping: Callable[[], bool], manager: ServiceManager) -> None:
-        """Turn until `stopping()`, and tell the service manager that it does."""
+    def run(self, stopping: Callable[[], bool]) -> None:
+        """Turn until `stopping()`."""
         self._bus.announce(SERVER_ALIVE)
         while not stopping():
-            manager.ready()
-            manager.turn()
+            self._manager.ready()
+            self._manager.turn()
             batch = self._receive()
             if batch is not None:
                 merged = self._step(batch)
