@@ -47,7 +47,7 @@ def _calibrate(context: typer.Context) -> None:
 def lens(
     photos: Annotated[list[Path], typer.Argument(metavar="PHOTOS", help="Photos of a chessboard, or folders of them.", show_default=False)],
     board: Annotated[BoardSize, typer.Option(metavar="8x6", parser=_board_size, help="Inner corners: columns x rows.", show_default=False)],
-    square: Annotated[float, typer.Option(metavar="M", help="Side of a square [m], as measured.", show_default=False)],
+    square: Annotated[float, typer.Option(metavar="M", help="Side of a square in metres, as measured.", show_default=False)],
     out: Annotated[Path, typer.Option(metavar="DIR", help="Folder for sensor.yaml and the report picture lens.png.")] = Path("calibration"),
     height: Annotated[float, typer.Option(min=0.01, max=5.0, metavar="M", help="Of the camera above the floor, as drawn.")] = 0.5,
     mount: Annotated[
@@ -72,7 +72,9 @@ def board(
     board: Annotated[
         BoardSize | None, typer.Option(metavar="8x6", parser=_board_size, help="Inner corners: columns x rows; 8x6 if not given.")
     ] = None,
-    square: Annotated[float | None, typer.Option(metavar="M", help="Side of a square [m]; the largest that fits if not given.")] = None,
+    square: Annotated[
+        float | None, typer.Option(metavar="M", help="Side of a square in metres; the largest that fits if not given.")
+    ] = None,
     paper: Annotated[Literal["A4", "A3", "A2", "A1", "A0", "letter", "tabloid"], typer.Option(help="What it is printed on.")] = "A4",
     out: Annotated[Path, typer.Option(metavar="FILE", help="The page, as PDF.")] = Path("board.pdf"),
 ) -> None:
@@ -102,7 +104,12 @@ def rig(
     robot: Annotated[str | None, typer.Option(metavar="NAME", help="In the recording; the first if not given.", show_default=False)] = None,
     distance: Annotated[
         float | None,
-        typer.Option(min=0.0, metavar="M", help="From the first place to the farthest, by a tape [m]; else the own rim tells the scale."),
+        typer.Option(
+            min=0.0,
+            max=100.0,
+            metavar="M",
+            help="Metres from the first place to the farthest, by a tape; else the own rim tells the scale.",
+        ),
     ] = None,
     out: Annotated[Path, typer.Option(metavar="DIR", help="Folder for the new sensor.yaml.")] = Path("calibration"),
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace a sensor.yaml that lies in DIR.")] = False,

@@ -38,6 +38,17 @@ def test_help_of_every_command_shows_an_example(command: str, capsys: pytest.Cap
     assert f"ommatidia {command}" in capsys.readouterr().out.partition("Examples:")[2]
 
 
+@pytest.mark.parametrize("command", CALIBRATIONS)
+def test_help_says_that_lengths_are_in_metres(command: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run([*command.split(), "--help"]) == 0
+    assert "metres" in capsys.readouterr().out.lower()
+
+
+@pytest.mark.parametrize("distance", ["-1", "nan", "inf"])
+def test_a_distance_that_no_tape_has_is_refused(distance: str, fails: Fails) -> None:
+    assert "--distance" in fails("calibrate", "rig", "--config", "agent.toml", "--distance", distance)
+
+
 @pytest.mark.parametrize("arguments", [[], ["--help"]])
 def test_help_lists_all_commands(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> None:
     assert run(arguments) == 0
