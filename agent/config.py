@@ -10,9 +10,8 @@ from pydantic import BeforeValidator, Field
 from agent.control.limits import DriveLimits
 from agent.rig import Body
 from protocol.fields import Name
-from protocol.settings import Settings, load_toml
+from protocol.settings import Endpoint, Settings, load_toml
 
-Endpoint = Annotated[str, Field(pattern=r"^(tcp|tls)/[^/\s]+:\d{1,5}$")]  # such as tcp/192.168.1.20:7447
 Limit = Annotated[float, Field(gt=0.0, le=100.0, allow_inf_nan=False)]
 Length = Annotated[float, Field(gt=0.0, le=5.0, allow_inf_nan=False)]  # [m]; no robot here is larger
 

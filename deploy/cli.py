@@ -6,6 +6,7 @@ What a command needs is imported inside it, so that a robot with the light extra
 from __future__ import annotations
 
 import math
+import re
 import sys
 from collections.abc import Sequence
 from importlib.metadata import PackageNotFoundError, version
@@ -17,6 +18,7 @@ import typer
 from deploy.calibrate_command import app as calibrate
 from deploy.unwinding import INTERRUPTED, unwind_on_signals
 from protocol.errors import OmmatidiaError
+from protocol.settings import ENDPOINT_FORM
 
 BAD_USAGE = 2
 
@@ -30,15 +32,25 @@ config_app = typer.Typer(help="Settings files.", no_args_is_help=True)
 app.add_typer(config_app, name="config")
 app.add_typer(calibrate, name="calibrate")
 
+
+def _endpoint(text: str) -> str:
+    """Return where a map server listens, told as tcp/HOST:PORT."""
+    if re.fullmatch(ENDPOINT_FORM, text) is None:
+        raise typer.BadParameter(f"{text!r} is no endpoint: say tcp/HOST:PORT, such as tcp/192.168.1.20:7447")
+    return text
+
+
 RecordingFolder = Annotated[Path, typer.Argument(metavar="RECORDING", help="Folder that holds robots.yaml.", show_default=False)]
 OutFolder = Annotated[
     Path | None, typer.Option(metavar="DIR", help="Folder for the run; runs/<recording>-<time> if not given.", show_default=False)
 ]
 Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace a run that lies in DIR.")]
 Robots = Annotated[
-    list[str] | None, typer.Argument(metavar="ROBOT...", help="Robots; the map server and all robots if none is named.", show_default=False)
+    list[str] | None, typer.Argument(metavar="ROBOT", help="Robots; the map server and all robots if none is named.", show_default=False)
 ]
-Endpoint = Annotated[str, typer.Option(metavar="E", help="Where the map server listens, as tcp/HOST:PORT.", show_default=False)]
+Endpoint = Annotated[
+    str, typer.Option(metavar="E", parser=_endpoint, help="Where the map server listens, as tcp/HOST:PORT.", show_default=False)
+]
 Site = Annotated[str, typer.Option(metavar="S", help="The swarm's site.")]
 Reason = Annotated[str, typer.Option(metavar="TEXT", help="Why, in one line; every robot tells it.", show_default=False)]
 ConfigFile = Annotated[Path, typer.Option(metavar="FILE", help="Settings, as TOML.", show_default=False)]

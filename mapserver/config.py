@@ -20,7 +20,7 @@ from protocol.errors import GeometryError
 from protocol.fields import Name
 from protocol.geometry import Pose2
 from protocol.loss import Loss
-from protocol.settings import Settings, check_names_differ, load_toml
+from protocol.settings import Endpoint, Settings, check_names_differ, load_toml
 
 MAX_ROBOTS = 64  # a local map has room for as many sightings
 
@@ -110,7 +110,7 @@ class MapServerConfig(Settings):
     """The whole file."""
 
     site: Name = "home"
-    listen: Annotated[str, Field(pattern=r"^(tcp|tls)/[^/\s]+:\d{1,5}$")] = "tcp/127.0.0.1:0"  # port 0: a free one, told when ready
+    listen: Endpoint = "tcp/127.0.0.1:0"  # port 0: a free one, told when ready
     clock: Literal["wall", "world"] = "wall"  # world: steps wait for the stamps that a replayed or simulated world announces
     robots: Annotated[tuple[RobotSettings, ...], Field(min_length=1, max_length=MAX_ROBOTS)]
     formation: FormationSettings = FormationSettings()

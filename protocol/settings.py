@@ -7,15 +7,18 @@ import tomllib
 from collections.abc import Iterator, Mapping, Sequence
 from difflib import get_close_matches
 from pathlib import Path
-from typing import Any, Literal, TypeVar, get_args, get_origin
+from typing import Annotated, Any, Literal, TypeVar, get_args, get_origin
 
-from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from pydantic_core import ErrorDetails
 
 from protocol.errors import ConfigError
 
 S = TypeVar("S", bound=BaseModel)
 Location = tuple[int | str, ...]
+
+ENDPOINT_FORM = r"^(tcp|tls)/[^/\s]+:\d{1,5}$"
+Endpoint = Annotated[str, Field(pattern=ENDPOINT_FORM)]  # such as tcp/192.168.1.20:7447
 
 _SHOWN_CHARACTERS = 40  # of a value that was refused
 

@@ -29,7 +29,9 @@ def diagnose(config_file: Path, ask: Callable[[str], None] | None = None) -> Ite
     try:
         config = load_config(config_file)
     except ConfigError as error:
-        yield bad("settings", "cannot be used", str(error), f"correct it, then: ommatidia config check {config_file}")
+        missing = f"name the file with --config, or make {config_file}; deploy/config/agent.toml is one to begin with"
+        correct = f"correct it, then: ommatidia config check {config_file}"
+        yield bad("settings", "cannot be used", str(error), correct if config_file.exists() else missing)
         return
     yield good("settings", f"robot {config.robot.name} of site {config.robot.site}")
     calibration, findings = examine_calibration(config.camera.calibration)

@@ -10,9 +10,8 @@ from pydantic import Field
 from agent.range_bearing.dead_reckoning import MotionNoise
 from agent.range_bearing.method import SightingNoise
 from protocol.fields import Name
-from protocol.settings import Settings, load_toml
+from protocol.settings import Endpoint, Settings, load_toml
 
-Endpoint = Annotated[str, Field(pattern=r"^(tcp|tls)/[^/\s]+:\d{1,5}$")]
 Share = Annotated[float, Field(ge=0.0, le=1.0, allow_inf_nan=False)]
 
 

@@ -78,6 +78,12 @@ def test_a_rate_that_would_never_play_is_refused(rate: str, fails: Fails, tmp_pa
     assert f"{rate!r} is neither 'max' nor a number above 0" in fails("replay", str(tmp_path), "--rate", rate)
 
 
+@pytest.mark.parametrize("command", ["stop", "release"])
+@pytest.mark.parametrize("endpoint", ["foo", "192.168.1.20:7447", "tcp/192.168.1.20", "udp/192.168.1.20:7447"])
+def test_an_endpoint_of_another_form_is_refused(command: str, endpoint: str, fails: Fails) -> None:
+    assert f"{endpoint!r} is no endpoint: say tcp/HOST:PORT" in fails(command, "--endpoint", endpoint)
+
+
 def test_an_unknown_method_is_refused(fails: Fails, tmp_path: Path) -> None:
     assert "'best' is not one of 'full', 'paper'" in fails("replay", str(tmp_path), "--method", "best")
 

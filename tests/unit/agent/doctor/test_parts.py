@@ -9,6 +9,7 @@ import pytest
 
 from agent.calibration import read_calibration
 from agent.doctor.calibration import OLD_DAYS, examine_calibration
+from agent.doctor.diagnosis import diagnose
 from agent.doctor.finding import Finding
 from agent.doctor.link import examine_address
 from agent.doctor.machine import examine_disk, examine_speed, frame_ms
@@ -84,3 +85,11 @@ def test_the_speed_is_measured_on_the_very_pipeline_of_the_agent(sensor: Path) -
 def test_a_name_that_nobody_knows_is_told() -> None:
     finding = examine_address("tcp/no-such-host.invalid:7447")
     assert (finding.verdict, finding.seen) == ("bad", "no-such-host.invalid is unknown")
+
+
+def test_settings_that_are_not_there_are_to_be_made_and_others_to_be_corrected(tmp_path: Path) -> None:
+    [missing] = diagnose(tmp_path / "agent.toml")
+    (tmp_path / "agent.toml").write_text("[robot]\nnane = 'r1'\n")
+    [wrong] = diagnose(tmp_path / "agent.toml")
+    assert "--config" in missing.next_step
+    assert "config check" in wrong.next_step
