@@ -10,7 +10,7 @@ from __future__ import annotations
 import heapq
 import math
 from collections.abc import Mapping, Sequence
-from typing import NamedTuple, Protocol
+from typing import Protocol
 
 import numpy as np
 import shapely
@@ -27,7 +27,6 @@ from mapserver.mapping.view import StandingRegion, View, lay, metres_per_rad
 from protocol.geometry import Array, Pose2
 from protocol.messages import LocalMap, MapObject
 
-AGAIN_NS, ELSEWHERE_M, ELSEWHERE_RAD = 190_000_000, 0.02, 0.04  # a view sooner than that, and from nearer, shows what the last one did
 REFIT_NS = 190_000_000  # between two fits of what is in the map, however many views show it better
 MATCH_M, MATCH_RAD = 0.06, 0.01  # a region whose base line begins so near to a thing shows it; the angle is a few pixels
 MISSED_SHARE = 0.08  # of a thing's silhouette: where regions cover less of it, it is missed
@@ -53,19 +52,6 @@ class KnownFloor(Protocol):
         ...
 
 
-class _Look(NamedTuple):
-    """When and from where a robot's last view was, and what it missed."""
-
-    stamp_ns: int
-    arena_from_body: Pose2
-    missed: list[Array]  # footprints, (n, 2) [m; arena] each
-
-    def shows_as_much(self, stamp_ns: int, arena_from_body: Pose2) -> bool:
-        """Tell whether a view at a stamp, from a pose, shows the same as this one."""
-        x_m, y_m, turn_rad = self.arena_from_body.between(arena_from_body)
-        return stamp_ns - self.stamp_ns < AGAIN_NS and math.hypot(x_m, y_m) < ELSEWHERE_M and abs(turn_rad) < ELSEWHERE_RAD
-
-
 class ThingTracker:
     """Holds all things; `observe` local maps, `clear` where robots stand, `fit`, then read the map's objects."""
 
@@ -75,25 +61,16 @@ class ThingTracker:
         self._things: list[Thing] = []  # in the order of their numbers
         self._unfitted: list[Thing] = []  # since more floor may be known to be bare
         self._next_number = 0
-        self._looks: dict[str, _Look] = {}  # the last of each robot
 
     def observe(self, local_map: LocalMap, arena_from_body: Pose2, bodies: Sequence[Body]) -> list[Array]:
         """Take what one robot saw from `arena_from_body`, the other robots standing at `bodies`.
 
         Return the footprints, (n, 2) [m; arena] each, of the things that are believed in and that this view has missed: the bare floor that
-        it shows there is no floor yet. What was seen from nearly the same place just before is no further view.
+        it shows there is no floor yet.
         """
         if local_map.picture == "dropped":
             return []
-        last = self._looks.get(local_map.robot)
-        if last is not None and last.shows_as_much(local_map.stamp_ns, arena_from_body):
-            return last.missed
-        missed = self._look(lay(local_map, arena_from_body, bodies))
-        self._looks[local_map.robot] = _Look(local_map.stamp_ns, arena_from_body, missed)
-        return missed
-
-    def _look(self, view: View) -> list[Array]:
-        """Count the things that a view shows, and those that it misses; return the footprints, (n, 2) [m; arena] each, of the latter."""
+        view = lay(local_map, arena_from_body, bodies)
         shown = self._assign(view, self._floor.clusters(view.eye_m, view.range_m))
         for thing, distance_m in shown.values():
             thing.count(view, distance_m)

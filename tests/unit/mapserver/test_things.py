@@ -13,7 +13,7 @@ from mapserver.mapping.belief import Belief
 from mapserver.mapping.bodies import Body
 from mapserver.mapping.overlay import Overlay
 from mapserver.mapping.thing import MOST_HEIGHTS
-from mapserver.mapping.things import AGAIN_NS, ELSEWHERE_M, GUESS_NS, MOST_THINGS, ThingTracker
+from mapserver.mapping.things import GUESS_NS, MOST_THINGS, ThingTracker
 from protocol.geometry import Array, Pose2
 from protocol.messages import LocalMap, MapObject, Region
 from tests.unit.mapserver.worlds import BODY_RADIUS_M, STEP_NS, Motion, local_map, rectangle, region_of, smear_of
@@ -304,16 +304,3 @@ def test_one_picture_that_misses_a_thing_frees_no_floor_under_it() -> None:
         (item,) = world.objects()
         (missed,) = world.tracker.observe(local_map("r1", 99, floor_range_m=2.0), eye, [])
         assert shapely.Polygon(missed).equals(polygon_of(item))
-
-
-@pytest.mark.parametrize(
-    ("apart_m", "later_ns", "views"), [(0.0, AGAIN_NS // 3, 2), (0.0, AGAIN_NS, 6), (1.1 * ELSEWHERE_M, AGAIN_NS // 10, 6)]
-)
-def test_pictures_in_quick_succession_from_one_place_are_one_view(apart_m: float, later_ns: int, views: int) -> None:
-    world = World()
-    world.see(ROUND_THE_BOX, BOX, robot="r1")
-    for number in range(6):
-        eye = Pose2(0.7, apart_m * number, math.pi)
-        world.take(local_map("r2", number, regions=[region(BOX, eye)], floor_range_m=2.0, stamp_ns=STEP_NS + later_ns * number), eye)
-    (item,) = world.objects()
-    assert item.observations == len(ROUND_THE_BOX) + views
