@@ -13,12 +13,16 @@ from typing import Self
 
 from agent.clocks.local_clock import LocalClock, parse_clock
 from agent.driving.pipe import Pipe
-from protocol.errors import DriverError
-from protocol.stopping import Stopped
+from protocol.errors import DriverError, OmmatidiaError
+from protocol.fields import Message
+from protocol.logs import start_logging
+from protocol.stopping import Stopped, StopRequest
+
+Body = Callable[[Path, LocalClock, Pipe, StopRequest], None]  # configuration file, the robot's clock, the pipe, and when to end
 
 START_S = 20.0  # loading Python on a slow board, then a driver's own 10 s to find its wheels
 _POLL_S = 0.05
-_PACKAGES = Path(__file__).resolve().parents[1]  # started here, a child takes no package from the folder of a user
+_PACKAGES = Path(__file__).resolve().parents[2]  # started here, a child takes no package from the folder of a user
 
 
 class Child:
@@ -58,7 +62,25 @@ class Child:
             return self._process.wait()
 
 
-def told(module: str, about: str, arguments: Sequence[str]) -> tuple[Path, LocalClock, Pipe]:
+def serve(module: str, name: str, about: str, arguments: Sequence[str], body: Body, failed: Callable[[str], Message]) -> int:
+    """Run a child with what it was told on its command line, until its body returns; return the exit code.
+
+    What ends it early is told over the pipe, as `failed` puts it: the agent tells it to the person.
+    """
+    stop = StopRequest()
+    config_file, clock, pipe = _told(module, about, arguments)
+    start_logging(name)
+    try:
+        body(config_file, clock, pipe, stop)
+    except Stopped:
+        return 0
+    except OmmatidiaError as error:
+        pipe.send(failed(str(error)))
+        return 2
+    return 0
+
+
+def _told(module: str, about: str, arguments: Sequence[str]) -> tuple[Path, LocalClock, Pipe]:
     """Return what the child was told on its command line: the robot's configuration file, its clock, and its own end of the pipe."""
     parser = argparse.ArgumentParser(prog=module, description=about)
     parser.add_argument("--config", type=Path, required=True)

@@ -19,14 +19,12 @@ from agent.clocks.local_clock import LocalClock
 from agent.config import load_config
 from agent.drivers.open_wheels import open_wheels
 from agent.drivers.wheels import WheelCondition, Wheels
-from agent.driving.child import told
+from agent.driving.child import serve
 from agent.driving.guard_pipe import FREE, MOST_REASON, DriveOrder, GuardReport, Instruction, LatchOrder
 from agent.driving.latch_file import LatchFile
 from agent.driving.pipe import Pipe
-from protocol.errors import OmmatidiaError
-from protocol.logs import start_logging
 from protocol.messages import WheelCommand, WheelReadings
-from protocol.stopping import Stopped, StopRequest
+from protocol.stopping import StopRequest
 
 CYCLE_S = 0.02
 HEARTBEAT_LIMIT_S = 0.2
@@ -165,17 +163,11 @@ class Guard:
 
 def main(arguments: list[str]) -> int:
     """Run the guard of the robot in a configuration file, over an inherited socket; return the exit code."""
-    stop = StopRequest()
-    config_file, clock, pipe = told("agent.driving.guard", "The wheel guard; a helm starts it.", arguments)
-    start_logging("wheel guard")
-    try:
-        _guard(config_file, clock, pipe, stop)
-    except Stopped:
-        return 0
-    except OmmatidiaError as error:  # the agent will tell it to the person
-        pipe.send(GuardReport(fault=str(error), readings=None, applied=_STANDING, latch=FREE, condition=WheelCondition(), refused={}))
-        return 2
-    return 0
+    return serve("agent.driving.guard", "wheel guard", "The wheel guard; a helm starts it.", arguments, _guard, _failed)
+
+
+def _failed(fault: str) -> GuardReport:
+    return GuardReport(fault=fault, readings=None, applied=_STANDING, latch=FREE, condition=WheelCondition(), refused={})
 
 
 def _guard(config_file: Path, clock: LocalClock, pipe: Pipe, stop: StopRequest) -> None:

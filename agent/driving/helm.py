@@ -15,30 +15,22 @@ from pathlib import Path
 from agent.clocks.local_clock import LocalClock
 from agent.config import load_config
 from agent.drivers.wheels import WheelCondition
-from agent.driving.child import told
+from agent.driving.child import serve
 from agent.driving.guard_process import GuardProcess
 from agent.driving.helm_pipe import HelmReport, Look
 from agent.driving.pipe import Pipe
 from agent.driving.steering import Steering
-from protocol.errors import OmmatidiaError
-from protocol.logs import start_logging
 from protocol.news import News
-from protocol.stopping import Stopped, StopRequest, await_client
+from protocol.stopping import StopRequest, await_client
 
 
 def main(arguments: list[str]) -> int:
     """Steer the robot in a configuration file, over an inherited socket; return the exit code."""
-    stop = StopRequest()
-    config_file, clock, pipe = told("agent.driving.helm", "The helm; an agent starts it.", arguments)
-    start_logging("helm")
-    try:
-        _steer(config_file, clock, pipe, stop)
-    except Stopped:
-        return 0
-    except OmmatidiaError as error:  # the agent tells it to the person
-        pipe.send(HelmReport(fault=str(error), readings=None, drive="standing", why="", wheels=WheelCondition(), refused={}))
-        return 2
-    return 0
+    return serve("agent.driving.helm", "helm", "The helm; an agent starts it.", arguments, _steer, _failed)
+
+
+def _failed(fault: str) -> HelmReport:
+    return HelmReport(fault=fault, readings=None, drive="standing", why="", wheels=WheelCondition(), refused={})
 
 
 def _steer(config_file: Path, clock: LocalClock, pipe: Pipe, stop: StopRequest) -> None:
