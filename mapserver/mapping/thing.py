@@ -23,6 +23,7 @@ from protocol.messages import MapObject
 DIRECTION_BINS, VIEWS_PER_BIN = 18, 3  # views kept: the best from each side
 CLEARLY_BETTER = 1.1  # by so much more weight
 MOST_HEIGHTS = 150  # the best resolved count
+REFIT_NS = 190_000_000  # between two fits of what is in the map
 HEIGHT_STEP_M = 0.002  # a height that changes by less leaves the footprint as it is
 LEAST_TOLD_SHARE, ENOUGH_TOLD = 0.2, 5  # of a thing's views tell its height, or so many do: what does so more seldom is a mixture ...
 SURE_BELIEF = 1.0  # ... unless it is believed in so much
@@ -78,6 +79,10 @@ class Thing:
         told = self.belief > SURE_BELIEF or len(self.heights) >= min(LEAST_TOLD_SHARE * self.observations, ENOUGH_TOLD)
         stands = self.misses <= MOST_MISSED_SHARE * self.observations and not self.is_misfit
         return known and told and stands and self.shape.base.area > least.area_m2
+
+    def is_due(self) -> bool:
+        """Tell whether it is time to fit the shape anew: what is in the map rests for a while, however many views show it better."""
+        return self.is_stale and not (self.is_shown() and self.seen_ns - self.fitted_ns < REFIT_NS)
 
     def border_m(self) -> Array:
         """Return points on the footprint's border, (n, 2) [m; arena], and where the thing's base line was last seen."""

@@ -27,7 +27,6 @@ from mapserver.mapping.view import StandingRegion, View, lay, metres_per_rad
 from protocol.geometry import Array, Pose2
 from protocol.messages import LocalMap, MapObject
 
-REFIT_NS = 190_000_000  # between two fits of what is in the map, however many views show it better
 MATCH_M, MATCH_RAD = 0.06, 0.01  # a region whose base line begins so near to a thing shows it; the angle is a few pixels
 MISSED_SHARE = 0.08  # of a thing's silhouette: where regions cover less of it, it is missed
 LOSS = 0.8  # of belief, for one clear view
@@ -133,8 +132,7 @@ class ThingTracker:
         """
         in_turn = self._next_in_turn()
         for thing in self._things:
-            rests = thing.is_shown() and thing.seen_ns - thing.fitted_ns < REFIT_NS
-            if thing is in_turn or (thing.is_stale and not rests):
+            if thing.is_due() or thing is in_turn:
                 thing.fit(self._floor.is_bare)
 
     def objects(self, beliefs: Mapping[str, Belief]) -> tuple[MapObject, ...]:

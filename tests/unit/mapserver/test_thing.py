@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from mapserver.mapping.prism import Footprint
 from mapserver.mapping.silhouette import SeenHeight, Silhouette
-from mapserver.mapping.thing import MOST_HEIGHTS, SHOWN_BELIEF, SURE_BELIEF, Thing
+from mapserver.mapping.thing import MOST_HEIGHTS, REFIT_NS, SHOWN_BELIEF, SURE_BELIEF, Thing
 from protocol.geometry import Array, Pose2
 from tests.unit.mapserver.worlds import CAMERA_HEIGHT_M, rectangle, smear_of
 
@@ -104,3 +104,15 @@ def test_what_has_no_base_line_on_the_map_is_shown_once_it_is_surely_believed_in
     assert not thing.is_shown()
     thing.belief = SURE_BELIEF + 0.1
     assert thing.is_shown()
+
+
+def test_what_is_in_the_map_rests_between_two_fits_and_what_is_not_yet_there_does_not() -> None:
+    thing, guess = seen_from_ahead(0.4), seen_from_ahead(0.4)
+    guess.belief = 0.0
+    for each, later_ns, is_due in ((thing, REFIT_NS - 1, False), (thing, REFIT_NS, True), (guess, 1, True)):
+        each.seen_ns = 1_000_000_000
+        each.fit(nowhere_bare)
+        assert not each.is_due()
+        each.seen_ns += later_ns
+        each.is_stale = True
+        assert each.is_due() == is_due
