@@ -105,8 +105,8 @@ class FullMethod:
             profile = range_profile(borders, self._optics.view, self._optics.eye_m)
             bases = round_bases(profile, self._body.body_radius_m, BASE_TOLERANCE_IN_HEIGHTS * self._optics.height_m)
             tall = tall_bases(bases, self._body.body_height_m, borders, self._optics.view, self._optics.projection)
-            likely = self._scan.bases(grey, frame.seq)
-            robots = self._watch.look(grey, motion.odom_from_body, (tall, likely), self._shown_in(mask))
+            scan = partial(self._scan.bases, grey)
+            robots = self._watch.look(grey, motion.odom_from_body, tall, scan, self._shown_in(mask))
         with stage("report"):
             self._show = partial(
                 make_view, stamp_ns, picture, mask, self._optics.view, (borders.edges, labels), (vectors, kept), regions, robots

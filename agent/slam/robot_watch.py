@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -27,6 +28,7 @@ SAME_PLACE_M = 0.06  # under a body's radius: what is tried again there would be
 SAME_START_M = 0.003  # starts nearer to each other than this end in the same fit
 
 Shown = Callable[[Array], float]
+Scan = Callable[[int], Array]
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,6 +48,14 @@ class _Known:
         return self.frames < NEW_FRAMES or self.frames % CHECK_FRAMES == 0
 
 
+class _Sight(NamedTuple):
+    """One picture, and what goes with it."""
+
+    grey: Picture
+    odom_from_body: Pose2
+    shown: Shown  # tells for a place, (2,) [body], how much of a robot that stands there is no floor
+
+
 class _Refused:
     """Remembers where no robot was found, for a while."""
 
@@ -55,11 +65,8 @@ class _Refused:
     def add(self, place: Array, frame: int) -> None:
         self._places.append((place, frame))
 
-    def rest(self, frame: int) -> None:
-        """Forget what was refused long before a frame."""
-        self._places = [(place, then) for place, then in self._places if frame - then < PAUSE_FRAMES]
-
-    def holds(self, place: Array) -> bool:
+    def holds(self, place: Array, frame: int) -> bool:
+        self._places = [(other, then) for other, then in self._places if frame - then < PAUSE_FRAMES]
         return any(np.hypot(*(place - other)) < SAME_PLACE_M for other, _ in self._places)
 
 
@@ -71,8 +78,8 @@ class RobotWatch:
         self._radius_m = radius_m
         self._eye_m = eye_m  # (2,) the point under the camera [body]
         self._known: list[_Known] = []
-        self._refused: tuple[_Refused, _Refused] = (_Refused(), _Refused())
-        self._frame = 0
+        self._by_border, self._by_picture = _Refused(), _Refused()  # neither holds up the other
+        self._frame = self._scanned = 0  # how many there were, and for how many of them the picture was scanned
 
     def refit(self, fitter: RobotFitter, eye_m: Array) -> None:
         """Go on with a camera that is known better."""
@@ -83,46 +90,47 @@ class RobotWatch:
         places_m = [known.expected_m() for known in self._known]
         return odom_from_body.inverse().apply(np.array(places_m).reshape(-1, 2))
 
-    def look(self, grey: Picture, odom_from_body: Pose2, bases: tuple[Array, Array], shown: Shown) -> list[RobotFit]:
-        """Return all robots found in a grey camera picture.
+    def look(self, grey: Picture, odom_from_body: Pose2, bases: Array, scan: Scan, shown: Shown) -> list[RobotFit]:
+        """Return all robots found in a grey camera picture; what might be one is told as range and bearing from the camera, (n, 2).
 
-        `bases` are range and bearing from the camera of what might be one, (n, 2) each: as the border of what is no floor tells, and as
-        the picture alone does. Neither holds up the other. `shown` tells for a place, (2,) [body], how much of a robot that stands there is
+        `bases` are told by the border of what is no floor. `scan` looks for more in the picture itself, elsewhere in every turn: one for
+        each frame, but only when there is time to try what it tells. `shown` tells for a place, (2,) [body], how much of a robot there is
         no floor.
         """
         self._frame += 1
-        found = self._follow(grey, odom_from_body, shown)
-        tries = self._tries()
-        for likely, refused in zip(bases, self._refused, strict=True):
-            refused.rest(self._frame)
-            self._try_some(grey, odom_from_body, likely, tries, refused, found, shown)
+        sight = _Sight(grey, odom_from_body, shown)
+        found = self._follow(sight)
+        if tries := self._tries():
+            self._try_some(sight, bases, tries, self._by_border, found)
+            likely = np.concatenate([scan(turn) for turn in range(self._scanned, self._frame)])
+            self._try_some(sight, likely, tries, self._by_picture, found)
+            self._scanned = self._frame
         return found
 
-    def _try_some(
-        self, grey: Picture, odom_from_body: Pose2, bases: Array, tries: int, refused: _Refused, found: list[RobotFit], shown: Shown
-    ) -> None:
-        """Try some of `bases`, (n, 2), and add what robots are there to `found`."""
+    def _try_some(self, sight: _Sight, bases: Array, tries: int, refused: _Refused, found: list[RobotFit]) -> None:
+        """Try as many of `bases`, (n, 2), as there are tries, and add the robots that are there to `found`."""
         for range_m, bearing_rad in bases:
             centre = self._eye_m + range_m * np.array([np.cos(bearing_rad), np.sin(bearing_rad)])
-            place = odom_from_body.apply(centre)
+            place = sight.odom_from_body.apply(centre)
             if not tries:
                 return
-            if self._taken(centre, found) or refused.holds(place):
+            if self._taken(centre, found) or refused.holds(place, self._frame):
                 continue
             tries -= 1
-            fit = _if_shown(self._try(grey, float(range_m), float(bearing_rad)), shown)
+            fit = _if_shown(self._try(sight.grey, float(range_m), float(bearing_rad)), sight.shown)
             if fit is None or self._taken(fit.centre_m, found):
                 refused.add(place, self._frame)
             else:
                 found.append(fit)
-                self._known.append(_Known(odom_from_body.apply(fit.centre_m), np.zeros(2), fit.centre_m))
+                self._known.append(_Known(sight.odom_from_body.apply(fit.centre_m), np.zeros(2), fit.centre_m))
 
     def _tries(self) -> int:
         """Return how many new places may be tried in this frame: some while nobody is in view, then one in every other frame."""
         return (self._frame % 2) if any(not known.missed for known in self._known) else TRIES_PER_FRAME
 
-    def _follow(self, grey: Picture, odom_from_body: Pose2, shown: Shown) -> list[RobotFit]:
+    def _follow(self, sight: _Sight) -> list[RobotFit]:
         """Find again the robots of the last frames; those not found for long are given up."""
+        grey, odom_from_body, shown = sight
         body_from_odom = odom_from_body.inverse()
         found: list[RobotFit] = []
         known: list[_Known] = []

@@ -85,12 +85,11 @@ def _across(
 
 def _best(scores: Array, polar: Array, radius_m: float) -> list[int]:
     """Return the rows of the likeliest places, none of which stands inside another."""
-    left = scores > LIKELY
+    (range_m, bearing_rad), left = polar.T, scores > LIKELY
     best: list[int] = []
     while left.any() and len(best) < MOST:
         likeliest = int(np.argmax(np.where(left, scores, -np.inf)))
         best.append(likeliest)
-        range_m, bearing_rad = polar.T
         towards = bearing_rad - bearing_rad[likeliest]
         apart = np.hypot(range_m * np.cos(towards) - range_m[likeliest], range_m * np.sin(towards))
         left &= apart > 2.0 * radius_m

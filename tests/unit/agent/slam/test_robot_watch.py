@@ -2,39 +2,23 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
-import cv2
 import numpy as np
 import pytest
 
-from agent.drivers.bus_camera import captured
 from agent.geometry import calibrated_projection
 from agent.slam.robot_watch import LOST_FRAMES, PAUSE_FRAMES, TRIES_PER_FRAME, RobotWatch
 from agent.vision.floor_view import Picture
 from agent.vision.robot_fit import RobotFit, RobotFitter
-from deploy.evaluation.tum import read_tum
-from protocol.geometry import Array, Pose2
+from protocol.geometry import Array
 from tests.bench.frames import EXCERPT, open_case
+from tests.unit.agent.moments import Moment, excerpt_moments
 
 RADIUS_M, HEIGHT_M = 0.075, 0.30
 FRAMES = 10
 SAME_ROBOT_M = 0.5 * RADIUS_M
 NO_BASES = np.zeros((0, 2))
-
-
-@dataclass(frozen=True)
-class Moment:
-    """One frame of r1: what it sees, where it is, and where the others truly are."""
-
-    grey: Picture
-    arena_from_body: Pose2
-    robots_m: Array  # (2, 2) [m; body] base centres of r2 and r3
-
-    def bases(self) -> Array:
-        """Return range and bearing of both robots, to the degree that the range profile is fine."""
-        range_m, bearing = np.hypot(*self.robots_m.T), np.arctan2(self.robots_m[:, 1], self.robots_m[:, 0])
-        return np.column_stack([range_m, np.radians(np.rint(np.degrees(bearing)))])
 
 
 class CountingFitter(RobotFitter):
@@ -49,16 +33,7 @@ class CountingFitter(RobotFitter):
 
 @pytest.fixture(scope="module")
 def moments() -> list[Moment]:
-    cv2.setNumThreads(1)
-    case = open_case(EXCERPT)
-    r1, *others = ([Pose2(*pose) for pose in read_tum(EXCERPT / "ground_truth" / f"{name}.tum").poses] for name in ("r1", "r2", "r3"))
-    seen: list[Moment] = []
-    for index, frame in enumerate(case.subjects[0].frames()):
-        picture = captured(frame.stored, case.size_px).picture
-        assert picture is not None
-        robots_m = np.array([r1[index].between(robot[index])[:2] for robot in others])
-        seen.append(Moment(np.asarray(cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY), np.uint8), r1[index], robots_m))
-    return seen
+    return excerpt_moments()
 
 
 @pytest.fixture
@@ -73,8 +48,12 @@ def watch(fitter: CountingFitter) -> RobotWatch:
     return RobotWatch(fitter, RADIUS_M, np.zeros(2))
 
 
+def nothing_seen(turn: int) -> Array:
+    return NO_BASES
+
+
 def look(watch: RobotWatch, moment: Moment, bases: Array) -> list[RobotFit]:
-    return watch.look(moment.grey, moment.arena_from_body, (bases, NO_BASES), lambda place_m: 1.0)
+    return watch.look(moment.grey, moment.arena_from_body, bases, nothing_seen, lambda place_m: 1.0)
 
 
 def begin(watch: RobotWatch, first: list[Moment]) -> None:
@@ -174,8 +153,24 @@ def test_a_robot_is_still_found_beside_a_resting_place(moments: list[Moment], wa
 
 def test_what_the_floors_border_suggests_does_not_hold_up_what_the_picture_does(moments: list[Moment], watch: RobotWatch) -> None:
     bare = np.array([(0.5, bearing) for bearing in (-0.9, -0.45, 0.0, 0.45, 0.9)])
-    found = watch.look(moments[0].grey, moments[0].arena_from_body, (bare, moments[0].bases()), lambda place_m: 1.0)
+    found = watch.look(moments[0].grey, moments[0].arena_from_body, bare, lambda turn: moments[0].bases(), lambda place_m: 1.0)
     assert len(found) == 2
+
+
+def test_the_picture_is_scanned_all_round_also_while_a_robot_is_in_view_and_never_in_vain(moments: list[Moment], watch: RobotWatch) -> None:
+    begin(watch, moments)
+    turns: list[int] = []
+    asked: list[int] = []
+
+    def scan(turn: int) -> Array:
+        turns.append(turn)
+        return NO_BASES
+
+    for moment in moments[2:10]:
+        watch.look(moment.grey, moment.arena_from_body, NO_BASES, scan, lambda place_m: 1.0)
+        asked.append(len(turns))
+    assert np.diff(turns).tolist() == [1] * (len(turns) - 1)  # each turn another sector, and none left out
+    assert sorted(set(np.diff(asked).tolist())) == [0, 2]  # none in the frames in which no new place is tried
 
 
 def test_no_more_places_are_tried_in_a_frame_than_time_allows(moments: list[Moment], watch: RobotWatch, fitter: CountingFitter) -> None:
@@ -187,11 +182,11 @@ def test_no_more_places_are_tried_in_a_frame_than_time_allows(moments: list[Mome
 
 
 def test_nothing_is_a_robot_through_which_floor_shows(moments: list[Moment], watch: RobotWatch) -> None:
-    found = watch.look(moments[0].grey, moments[0].arena_from_body, (moments[0].bases(), NO_BASES), lambda place_m: 0.5)
+    found = watch.look(moments[0].grey, moments[0].arena_from_body, moments[0].bases(), nothing_seen, lambda place_m: 0.5)
     assert found == []
     begin(watch, moments[PAUSE_FRAMES:])
     moment = moments[PAUSE_FRAMES + 2]
-    assert watch.look(moment.grey, moment.arena_from_body, (NO_BASES, NO_BASES), lambda place_m: 0.5) == []
+    assert watch.look(moment.grey, moment.arena_from_body, NO_BASES, nothing_seen, lambda place_m: 0.5) == []
 
 
 def test_robots_that_are_out_of_view_are_given_up(moments: list[Moment], watch: RobotWatch) -> None:

@@ -9,15 +9,14 @@ import cv2
 import numpy as np
 import pytest
 
-from agent.drivers.bus_camera import captured
 from agent.geometry import calibrated_projection
 from agent.vision.floor_projection import FloorProjection
 from agent.vision.floor_view import Picture
 from agent.vision.hull import convex_hull
 from agent.vision.robot_fit import RobotFit, RobotFitter
-from deploy.evaluation.tum import read_tum
-from protocol.geometry import Array, Pose2
+from protocol.geometry import Array
 from tests.bench.frames import EXCERPT, open_case
+from tests.unit.agent.moments import OTHERS, excerpt_moments
 
 RADIUS_M, HEIGHT_M = 0.075, 0.30
 FRAMES = (0, 7, 14, 21, 28, 35, 42, 49)
@@ -50,16 +49,8 @@ def fitter(projection: FloorProjection) -> RobotFitter:
 
 @pytest.fixture(scope="module")
 def scenes() -> dict[int, Scene]:
-    case = open_case(EXCERPT)
-    truth = {name: [Pose2(*pose) for pose in read_tum(EXCERPT / "ground_truth" / f"{name}.tum").poses] for name in ("r1", "r2", "r3")}
-    seen: dict[int, Scene] = {}
-    for index, frame in enumerate(case.subjects[0].frames()):
-        if index in FRAMES:
-            picture = captured(frame.stored, case.size_px).picture
-            assert picture is not None
-            robots = {name: np.array(truth["r1"][index].between(truth[name][index])[:2]) for name in ("r2", "r3")}
-            seen[index] = Scene(np.asarray(cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY), np.uint8), robots)
-    return seen
+    moments = excerpt_moments()
+    return {index: Scene(moments[index].grey, dict(zip(OTHERS, moments[index].robots_m, strict=True))) for index in FRAMES}
 
 
 def error_m(fit: RobotFit, true_m: Array) -> float:

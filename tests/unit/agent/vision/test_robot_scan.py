@@ -6,16 +6,15 @@ import cv2
 import numpy as np
 import pytest
 
-from agent.drivers.bus_camera import captured
 from agent.geometry import calibrated_projection
 from agent.vision.floor_projection import FloorProjection
 from agent.vision.floor_view import Picture
 from agent.vision.hull import convex_hull
 from agent.vision.robot_fit import silhouettes
 from agent.vision.robot_scan import SECTORS, RobotScan
-from deploy.evaluation.tum import read_tum
-from protocol.geometry import Array, Pose2
+from protocol.geometry import Array
 from tests.bench.frames import EXCERPT, open_case
+from tests.unit.agent.moments import excerpt_moments
 
 RADIUS_M, HEIGHT_M = 0.075, 0.30
 FRAMES = 16
@@ -36,15 +35,7 @@ def scan(projection: FloorProjection) -> RobotScan:
 @pytest.fixture(scope="module")
 def scenes() -> list[tuple[Picture, Array]]:
     """Return what r1 sees, in grey, and where r2 and r3 truly are, (2, 2) [m; body]."""
-    case = open_case(EXCERPT)
-    r1, r2, r3 = ([Pose2(*pose) for pose in read_tum(EXCERPT / "ground_truth" / f"{name}.tum").poses] for name in ("r1", "r2", "r3"))
-    seen = []
-    for index, frame in zip(range(FRAMES), case.subjects[0].frames(), strict=False):
-        picture = captured(frame.stored, case.size_px).picture
-        assert picture is not None
-        others_m = np.array([r1[index].between(other[index])[:2] for other in (r2, r3)])
-        seen.append((np.asarray(cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY), np.uint8), others_m))
-    return seen
+    return [(moment.grey, moment.robots_m) for moment in excerpt_moments()[:FRAMES]]
 
 
 def places_m(scan: RobotScan, grey: Picture) -> Array:
