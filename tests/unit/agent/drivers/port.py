@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import pty
 import re
+import select
 import time
 import tty
 from collections.abc import Callable
@@ -37,15 +38,24 @@ class Port:
             self.path.unlink()
             self._far = -1
 
-    def heard(self) -> bytes:
-        """Return what the driver has sent."""
-        with suppress(BlockingIOError):
-            return os.read(self._far, 65536) if self._far >= 0 else b""
-        return b""
+    def heard(self, at_least: int = 0, limit_s: float = 10.0) -> bytes:
+        """Return what has come of what was sent, after so many bytes: a terminal hands them on in its own time, not in the sender's."""
+        came = self._come()
+        deadline_s = time.monotonic() + limit_s
+        while len(came) < at_least:
+            assert time.monotonic() < deadline_s, f"{at_least} bytes were to come, and {came!r} did"
+            select.select([self._far], [], [], limit_s)
+            came += self._come()
+        return came
 
     def say(self, data: bytes) -> None:
         if self._far >= 0:
             os.write(self._far, data)
+
+    def _come(self) -> bytes:
+        with suppress(BlockingIOError):
+            return os.read(self._far, 65536) if self._far >= 0 else b""
+        return b""
 
 
 @dataclass
@@ -75,6 +85,11 @@ class Bench:
             assert time.monotonic() - start_s < limit_s, (self.wheels.condition, dict(self.wheels.refused), self.heard[-80:])
             self.turn()
         return time.monotonic() - start_s
+
+    def listen_until(self, is_so: Callable[[], bool]) -> None:
+        """Let the board alone go on, of whom the driver wants nothing more, until something is so."""
+        while not is_so():
+            self.reply(self.port.heard(at_least=1))
 
     def until_readings(self, count: int) -> None:
         """Turn until so many more readings have come."""
