@@ -90,6 +90,7 @@ def board(
 
 @app.command(
     epilog="Examples:\n\nommatidia calibrate rig --config agent.toml"
+    "\n\nommatidia calibrate rig --config agent.toml --drive"
     "\n\nommatidia calibrate rig --config agent.toml --distance 1.000"
     "\n\nommatidia calibrate rig --recording RECORDING --robot r1"
 )
@@ -97,7 +98,10 @@ def rig(
     config: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Settings of an agent that runs: push its robot by hand.", show_default=False)
     ] = None,
-    seconds: Annotated[float, typer.Option(min=5.0, max=600.0, metavar="S", help="For how long a robot that runs is watched.")] = 60.0,
+    drive: Annotated[
+        bool, typer.Option("--drive", help="The robot drives by itself, where its map server otherwise runs, in place of being pushed.")
+    ] = False,
+    seconds: Annotated[float, typer.Option(min=5.0, max=600.0, metavar="S", help="For how long a robot that is pushed is watched.")] = 60.0,
     recording: Annotated[
         Path | None, typer.Option(metavar="DIR", help="In place of that: a recorded drive, straight and with turns.", show_default=False)
     ] = None,
@@ -119,4 +123,4 @@ def rig(
 
     from deploy.calibration.rig_command import Wishes, calibrate_rig_of
 
-    calibrate_rig_of(Wishes(recording, robot, config, seconds, distance, out, overwrite), Console())
+    calibrate_rig_of(Wishes(recording, robot, config, drive, seconds, distance, out, overwrite), Console())

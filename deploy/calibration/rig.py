@@ -31,7 +31,12 @@ class Watched(NamedTuple):
 
     values: tuple[RigValue, ...]
     pictures: int
-    reached_m: float  # how far it went from its first place, as estimated
+    reached_m: float  # how far it went from its first place, as estimated: what a tape tells
+
+    @property
+    def shows_length(self) -> bool:
+        """Whether a known length was in sight."""
+        return not any(value.name.endswith(RATIO) for value in self.values)
 
 
 @dataclass(frozen=True)
@@ -66,10 +71,9 @@ def found_rig(watched: Watched, distance_m: float | None) -> FoundRig:
     Raises ConfigError where the picture shows a known length already, or the robot did not go far enough for a tape to tell anything.
     """
     values = {value.name: value for value in watched.values}
-    shows_length = not any(name.endswith(RATIO) for name in values)
     if distance_m is None:
-        return FoundRig(values, shows_length)
-    if shows_length:
+        return FoundRig(values, watched.shows_length)
+    if watched.shows_length:
         raise ConfigError("--distance: the robot knows the size of its own rim, which tells all lengths; leave --distance out")
     if min(distance_m, watched.reached_m) < LEAST_TAPE_M:
         raise ConfigError(

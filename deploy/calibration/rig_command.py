@@ -7,35 +7,23 @@ from typing import NamedTuple
 
 import yaml
 from rich.console import Console
+from rich.markup import escape
 from rich.progress import Progress
-from rich.table import Table
 
 from agent.calibration import read_calibration
 from agent.config import AgentConfig, load_config
 from agent.rig import Calibration
 from deploy.bodies import drawn_body
-from deploy.calibration.rig import FoundRig, Watched, calibration_of, found_rig
-from deploy.calibration.rig_live import FIGURE, watch_robot
+from deploy.calibration.rig import Watched, calibration_of, found_rig
+from deploy.calibration.rig_drive import LEGS, check_nobody_leads, drive_robot, figure
+from deploy.calibration.rig_live import FIGURE, watch_pushed
 from deploy.calibration.rig_recording import recorded_robot, watch_recording, without_rim
+from deploy.calibration.rig_table import tell_rig
 from protocol.bus import Bus
 from protocol.errors import ConfigError
 from sim.recording import RecordedRobot, Recording
 
 CONNECT_TIMEOUT_S = 2.0
-_ROWS = (  # name, what it is called, unit, how many of it are one of the value's
-    ("camera_height_m", "camera height", "mm", 1e3),
-    ("camera_tilt_forward_rad", "tilt forward", "mrad", 1e3),
-    ("camera_tilt_left_rad", "tilt left", "mrad", 1e3),
-    ("camera_offset_x_m", "camera ahead of the axle", "mm", 1e3),
-    ("camera_offset_y_m", "camera left of the middle", "mm", 1e3),
-    ("centre_u_px", "lens centre u", "px", 1.0),
-    ("centre_v_px", "lens centre v", "px", 1.0),
-    ("focal_px", "focal length", "px/rad", 1.0),
-    ("wheel_radius_left_m", "left wheel's radius", "mm", 1e3),
-    ("wheel_radius_right_m", "right wheel's radius", "mm", 1e3),
-    ("wheel_base_m", "wheel base", "mm", 1e3),
-    ("wheel_lag_s", "wheel stamps late by", "ms", 1e3),
-)
 
 
 class Wishes(NamedTuple):
@@ -44,6 +32,7 @@ class Wishes(NamedTuple):
     recording: Path | None
     robot: str | None
     config: Path | None
+    drives: bool  # the robot that runs, by itself
     seconds_s: float
     distance_m: float | None
     out: Path
@@ -55,9 +44,11 @@ def calibrate_rig_of(wishes: Wishes, console: Console) -> None:
     sensor_file = wishes.out / "sensor.yaml"
     if sensor_file.exists() and not wishes.overwrite:
         raise ConfigError(f"{sensor_file}: is there already; replace it with --overwrite, or name another folder with --out")
+    _check_agree(wishes)
     drawn_file, watched = _watch(wishes, console)
-    rig = found_rig(watched, wishes.distance_m)
-    _tell(rig, watched, console)
+    by_tape_m = _read_tape(console) if wishes.drives and not watched.shows_length else wishes.distance_m
+    rig = found_rig(watched, by_tape_m)
+    tell_rig(rig, watched, console)
     if not rig.has_scale:
         console.print("no length is known: these are ratios to the camera height as drawn, and no file is written.")
         console.print("State deck_radius_m and deck_height_m, or push the robot along a tape and say --distance.", soft_wrap=True)
@@ -68,6 +59,14 @@ def calibrate_rig_of(wishes: Wishes, console: Console) -> None:
     radius_m = 0.5 * (rig["wheel_radius_left_m"] + rig["wheel_radius_right_m"])
     console.print("wheels, for [body] of the agent's file:", highlight=False, markup=False)
     console.print(f"  wheel_base_m = {rig['wheel_base_m']:.5f}\n  wheel_radius_m = {radius_m:.6f}", highlight=False)
+
+
+def _check_agree(wishes: Wishes) -> None:
+    """Raise ConfigError where a drive was asked for together with what does not go with it."""
+    if wishes.drives and wishes.recording is not None:
+        raise ConfigError("--drive: moves a robot that runs: name it with --config, in place of --recording")
+    if wishes.drives and wishes.distance_m is not None:
+        raise ConfigError("--distance: leave it out with --drive, which asks what the tape says once the robot stands, if it has to know")
 
 
 def write_rig_file(drawn_file: Path, calibration: Calibration, file: Path) -> None:
@@ -87,7 +86,8 @@ def _watch(wishes: Wishes, console: Console) -> tuple[Path, Watched]:
     if wishes.config is not None and wishes.recording is None:
         config = load_config(wishes.config)
         read_calibration(config.camera.calibration)  # complains before anybody has pushed for nothing
-        return config.camera.calibration, _watch_running(config, wishes.seconds_s, console)
+        watched = _watch_driven(config, wishes.out, console) if wishes.drives else _watch_running(config, wishes.seconds_s, console)
+        return config.camera.calibration, watched
     raise ConfigError("name either a drive with --recording, or a robot that runs with --config")
 
 
@@ -107,25 +107,34 @@ def _watch_running(config: AgentConfig, seconds_s: float, console: Console) -> W
         Progress(console=console, transient=True) as bar,
     ):
         task = bar.add_task(f"{config.robot.name}: watching", total=seconds_s)
-        return watch_robot(bus, config.robot.name, seconds_s, lambda passed_s: bar.update(task, completed=passed_s))
+        return watch_pushed(bus, config.robot.name, seconds_s, lambda passed_s: bar.update(task, completed=passed_s))
 
 
-def _tell(rig: FoundRig, watched: Watched, console: Console) -> None:
-    """Say what was found, how sure that is, and what would make it surer."""
-    table = Table(title=f"the rig, from {watched.pictures} pictures")
-    for heading in ("", "found", "+-", ""):
-        table.add_column(heading, justify="left" if heading == "" else "right")
-    for name, called, unit, per_unit in _ROWS:
-        table.add_row(called, *_row(rig, name, unit, per_unit))
-    console.print(table)
-    for advice in rig.advice:
-        console.print(f"  not sure enough yet: {advice}", highlight=False)
+def _watch_driven(config: AgentConfig, folder: Path, console: Console) -> Watched:
+    """Have the robot drive once somebody has said so."""
+    check_nobody_leads(config)
+    for line in figure(config):
+        console.print(line, soft_wrap=True)
+    try:
+        console.input("Press Enter to let it drive. ")
+    except EOFError:
+        raise ConfigError("--drive: nobody is here to say that the robot may drive; press Enter where it asks") from None
+    with Progress(console=console, transient=True) as bar:
+        task = bar.add_task(f"{config.robot.name}: waiting for it", total=LEGS)
+
+        def show(legs: int, doing: str) -> None:
+            bar.update(task, completed=legs, description=f"{config.robot.name}: {escape(doing)}")
+
+        return drive_robot(config, folder, show)
 
 
-def _row(rig: FoundRig, name: str, unit: str, per_unit: float) -> tuple[str, str, str]:
-    """Return a value, its uncertainty and its unit; a length without scale as a ratio."""
-    value = rig.values.get(name)
-    if value is None:
-        value, unit, per_unit = rig.values[name.removesuffix("_m") + "_camera_heights"], "camera heights", 1.0
-    sigma = "as drawn" if value.sigma is None else f"{per_unit * value.sigma:.4g}"
-    return f"{per_unit * value.value:.5g}", sigma, unit
+def _read_tape(console: Console) -> float | None:
+    """Ask how far the robot went; None where nobody knows."""
+    while True:
+        try:
+            told = console.input("Metres from where it began to where it stands, by a tape (Enter: not known): ").strip()
+            return float(told) if told else None
+        except EOFError:
+            return None
+        except ValueError:
+            console.print("That is no number: say it like 1.013.")

@@ -9,7 +9,7 @@ from itertools import count
 import pytest
 
 from deploy.calibration.rig import Watched
-from deploy.calibration.rig_live import watch_robot
+from deploy.calibration.rig_live import watch_pushed
 from protocol.bus import Bus
 from protocol.errors import LinkError
 from protocol.messages import AgentStatus, RigValue
@@ -31,7 +31,7 @@ def watched(server: Bus, rig: tuple[RigValue, ...]) -> Watched:
     reports, maps = server.queries(AGENT_REPORT, robot="r1"), server.publisher(LOCAL_MAP, robot="r1")
     seconds: list[float] = []
     with Bus.open_client("lab", server.endpoint) as bus, ThreadPoolExecutor(max_workers=1) as person:
-        result = person.submit(watch_robot, bus, "r1", 1.0, seconds.append)
+        result = person.submit(watch_pushed, bus, "r1", 1.0, seconds.append)
         for seq in count():
             if result.done():
                 break
@@ -62,4 +62,4 @@ def test_a_robot_that_takes_its_drawing_as_it_is_has_nothing_to_tell(server: Bus
 
 def test_a_robot_that_does_not_answer_is_told_at_once(server: Bus) -> None:
     with Bus.open_client("lab", server.endpoint) as bus, pytest.raises(LinkError, match="r9: its agent does not answer"):
-        watch_robot(bus, "r9", 60.0, lambda passed_s: None)
+        watch_pushed(bus, "r9", 60.0, lambda passed_s: None)
