@@ -11,7 +11,7 @@ from agent.slam.region_labels import carry_labels
 from agent.vision.corners import HarrisParameters, find_corners
 from agent.vision.floor_projection import FloorProjection
 from agent.vision.floor_view import FloorView, Picture
-from agent.vision.flow import FlowParameters, track_pyramidal
+from agent.vision.flow import FlowParameters, as_bright, track_pyramidal
 from agent.vision.motion_vectors import MotionVectors, correct_vectors
 from agent.vision.outlines import Borders
 from agent.vision.rejection import RejectionLimits, consistent_vectors
@@ -50,7 +50,7 @@ class CornerFollower:
     def follow(self, picture: Picture, odom_from_body: Pose2) -> tuple[MotionVectors, NDArray[np.bool_]]:
         """Follow all corners into a grey reduced picture; return their vectors, and which, (n,), are not misrecognised."""
         tracks, eye = self.tracks, self._eye(odom_from_body)
-        previous = picture if self._picture is None else self._picture
+        previous = picture if self._picture is None else as_bright(self._picture, picture)
         predicted = self._pixels(odom_from_body.inverse().apply(tracks.predicted_places(eye)))
         flow = track_pyramidal(previous, picture, tracks.pixels, predicted, FLOW)
         to_camera = self._view.camera_pixels

@@ -12,9 +12,14 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from agent.vision.robust import median
 from protocol.geometry import Array
 
 _GREY_LEVELS = 255.0
+EVERY_PX = 8  # of either direction tells the exposure
+DARKEST, BRIGHTEST = 8.0, 247.0  # grey levels that the sensor has not cut off
+LEAST_TOLD = 0.05  # of the pixels that are looked at
+LEAST_CHANGE = 0.03  # a smaller one does flow no harm
 _SCHARR_GAIN = 32.0
 
 
@@ -80,6 +85,19 @@ def track_pyramidal(
     round_trip = np.hypot(*(returns - starts).T)
     kept = finite & found & found_back & (round_trip <= parameters.max_round_trip_px) & _inside(ends, current)
     return Flow(ends, kept)
+
+
+def as_bright(previous: NDArray[np.uint8], current: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """Return a grey picture (h, w), a moment ago, at the exposure of the current one: flow takes every change of brightness for motion.
+
+    Most of what either shows is the same floor, so the median ratio of their pixels is that of their exposures.
+    """
+    before, now = (picture[::EVERY_PX, ::EVERY_PX].astype(np.float64) for picture in (previous, current))
+    told = (np.minimum(before, now) > DARKEST) & (np.maximum(before, now) < BRIGHTEST)
+    gain = median(now[told] / before[told]) if told.sum() > LEAST_TOLD * told.size else 1.0
+    if abs(gain - 1.0) < LEAST_CHANGE:
+        return previous
+    return np.asarray(cv2.convertScaleAbs(previous, alpha=float(gain)), np.uint8)
 
 
 def _follow(

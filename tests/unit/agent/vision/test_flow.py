@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from agent.vision.flow import Flow, FlowParameters, lucas_kanade, track_pyramidal
+from agent.vision.flow import Flow, FlowParameters, as_bright, lucas_kanade, track_pyramidal
 from protocol.geometry import Array
 
 SHIFT_PX = np.array([1.3, -0.6])
@@ -71,6 +71,25 @@ def test_no_points_give_no_flow(follow: Follow) -> None:
     flow = follow(waves(), waves(), np.empty((0, 2)), np.empty((0, 2)), FlowParameters())
     assert flow.ends_px.shape == (0, 2)
     assert flow.kept.shape == (0,)
+
+
+@pytest.mark.parametrize("gain", [0.5, 1.6])
+def test_a_jump_of_exposure_is_no_motion(gain: float) -> None:
+    before = (0.6 * waves()).astype(np.uint8)
+    after = np.clip(gain * 0.6 * waves(*SHIFT_PX), 0, 255).astype(np.uint8)
+    flow = track_pyramidal(as_bright(before, after), after, STARTS, STARTS, FlowParameters())
+    assert flow.kept.all()
+    assert np.abs(flow.ends_px - STARTS - SHIFT_PX).max() < 0.1
+
+
+def test_pictures_of_one_exposure_are_left_as_they_are() -> None:
+    before = waves()
+    assert as_bright(before, waves(*SHIFT_PX)) is before
+
+
+def test_a_black_picture_tells_no_exposure() -> None:
+    before = waves()
+    assert as_bright(before, np.zeros_like(before)) is before
 
 
 @pytest.mark.parametrize("follow", METHODS)
