@@ -26,6 +26,7 @@ from agent.vision.depth_steps import cut_at_depth_steps
 from agent.vision.edges import located
 from agent.vision.floor_removal import FloorColours
 from agent.vision.floor_view import Picture
+from agent.vision.levels import Levels
 from agent.vision.motion_vectors import no_vectors
 from agent.vision.outlines import Mask, find_borders, open_rings
 from agent.vision.range_profile import range_profile, round_bases, tall_bases
@@ -54,6 +55,7 @@ class FullMethod:
         self._body = body
         self._rig = rig or SelfCalibration(calibration, body)
         self._optics = optics = Optics.of(calibration, body)
+        self._levels = Levels(optics.view)
         self._colours: FloorColours | None = None
         self._ego = EgoMotion(optics.patch, optics.shutter, self._rig.wheels, WheelNoise())
         self._corners = CornerFollower(optics.view, optics.projection, optics.view.scale / float(np.mean(calibration.focal_px)))
@@ -78,6 +80,7 @@ class FullMethod:
             return self._blind_step(frame, wheels)
         stage = self._timer.stage
         with stage("reduce"):
+            picture = self._levels.spread(picture)
             grey, reduced, small = self._reduce(picture)
         with stage("rig"):
             self._learn_rig(grey, wheels)

@@ -94,10 +94,10 @@ def as_bright(previous: NDArray[np.uint8], current: NDArray[np.uint8]) -> NDArra
     """
     before, now = (picture[::EVERY_PX, ::EVERY_PX].astype(np.float64) for picture in (previous, current))
     told = (np.minimum(before, now) > DARKEST) & (np.maximum(before, now) < BRIGHTEST)
-    gain = median(now[told] / before[told]) if told.sum() > LEAST_TOLD * told.size else 1.0
+    gain = float(median(now[told] / before[told])) if np.count_nonzero(told) > LEAST_TOLD * told.size else 1.0
     if abs(gain - 1.0) < LEAST_CHANGE:
         return previous
-    return np.asarray(cv2.convertScaleAbs(previous, alpha=float(gain)), np.uint8)
+    return np.asarray(cv2.convertScaleAbs(previous, alpha=gain), np.uint8)
 
 
 def _follow(
