@@ -24,6 +24,7 @@ DIRECTION_BINS, VIEWS_PER_BIN = 18, 3  # views kept: the best from each side
 CLEARLY_BETTER = 1.1  # by so much more weight
 MOST_HEIGHTS = 150  # the best resolved count
 REFIT_NS = 190_000_000  # between two fits of what is in the map
+LEAST_HEIGHT_M = 0.01  # what is told to be lower is a stain, a shadow or a sheet of paper, and robots drive over it
 HEIGHT_STEP_M = 0.002  # a height that changes by less leaves the footprint as it is
 LEAST_TOLD_SHARE, ENOUGH_TOLD = 0.2, 5  # of a thing's views tell its height, or so many do: what does so more seldom is a mixture ...
 SURE_BELIEF = 1.0  # ... unless it is believed in so much
@@ -75,7 +76,8 @@ class Thing:
         """Tell whether the thing belongs in the map."""
         least = WITH_BASE if len(self.base_m) >= LEAST_BASE_CELLS else WITHOUT_BASE
         least_views = least.views if len(self.seen_by) > 1 else ALONE * least.views
-        known = self.height_m is not None and self.observations >= least_views and self.belief > least.belief
+        rises = self.height_m is not None and self.height_m >= LEAST_HEIGHT_M
+        known = rises and self.observations >= least_views and self.belief > least.belief
         told = self.belief > SURE_BELIEF or len(self.heights) >= min(LEAST_TOLD_SHARE * self.observations, ENOUGH_TOLD)
         stands = self.misses <= MOST_MISSED_SHARE * self.observations and not self.is_misfit
         return known and told and stands and self.shape.base.area > least.area_m2

@@ -108,6 +108,14 @@ def test_impossible_heights_are_not_believed() -> None:
     assert world.objects() == ()
 
 
+@pytest.mark.parametrize(("height_m", "is_there"), [(0.006, False), (0.02, True)])
+def test_what_robots_can_drive_over_is_no_obstacle(height_m: float, is_there: bool) -> None:
+    world = World()
+    for eye in ROUND_THE_BOX:
+        world.look(eye, [region(BOX, eye, height_m=height_m, seen_m=height_m)])
+    assert bool(world.objects()) == is_there
+
+
 def test_ids_stay_while_others_come_and_go() -> None:
     world = World()
     world.see(ROUND_THE_BOX, BOX, OTHER_BOX)
