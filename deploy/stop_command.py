@@ -28,10 +28,10 @@ def order_stop(
             answers = bus.ask(AGENT_STOP, ANSWER_TIMEOUT_S, parameters) + bus.ask(SERVER_STOP, ANSWER_TIMEOUT_S, parameters)
     for answer in sorted(answers, key=lambda answer: answer.who):
         say(_line(answer))
+    if missing := sorted(set(robots) - {answer.who for answer in answers}):
+        raise LinkError(f"no answer from {', '.join(missing)}: does its agent run, and for site {site}?")
     if not answers:
         raise LinkError(f"nobody at {endpoint} answers for site {site}")
-    if missing := sorted(set(robots) - {answer.who for answer in answers}):
-        raise LinkError(f"no answer from {', '.join(missing)}")
 
 
 def _line(answer: StopState) -> str:

@@ -59,7 +59,12 @@ def test_a_named_robot_that_does_not_answer_is_told(answered: Command, capsys: p
     assert answered("stop", "r1", "r9") == 2
     output = capsys.readouterr()
     assert output.out == "r1: stopped until released\n"
-    assert output.err == "ommatidia: no answer from r9\n"
+    assert output.err == "ommatidia: no answer from r9: does its agent run, and for site lab?\n"
+
+
+def test_where_no_robot_that_is_named_answers_it_is_they_who_are_told(answered: Command, capsys: pytest.CaptureFixture[str]) -> None:
+    assert answered("release", "r8", "r9") == 2
+    assert capsys.readouterr().err.startswith("ommatidia: no answer from r8, r9: ")
 
 
 def test_a_swarm_in_which_nobody_answers_is_told_in_one_line(server: Bus, capsys: pytest.CaptureFixture[str]) -> None:
