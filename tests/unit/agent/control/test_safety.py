@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from agent.control.borders import Borders
 from agent.control.limits import applied
 from agent.control.near_things import NearThings
-from agent.control.safety import LEAST_M, MOVING_EXTRA_M, SLOW_M, STEP_M, Checked, Keeping, checked, free_way_m
+from agent.control.safety import CREEP_M_S, LEAST_M, MOVING_EXTRA_M, SLOW_M, STEP_M, Checked, Keeping, checked, free_way_m
 from agent.control.tracking import track
 from agent.control.twist import STANDING, Twist
 from protocol.geometry import Array, Pose2
@@ -54,6 +54,17 @@ def test_the_nearer_a_thing_the_slower_the_robot() -> None:
 
 def test_at_the_margin_the_robot_stands_and_may_turn() -> None:
     assert checked(Twist(0.2, 0.7), things((0.096, 0.0)), KEEPING) == Checked(Twist(0.0, 0.7), slowed=True, blocked=True)
+
+
+@pytest.mark.parametrize(("beside_m", "passes"), [(0.018, True), (0.010, False)])
+def test_what_is_a_little_nearer_to_the_way_than_the_margin_is_passed_at_a_creep(beside_m: float, passes: bool) -> None:
+    beside = checked(AHEAD, things((0.022, KEEPING.radius_m + beside_m)), KEEPING)
+    assert beside.blocked != passes
+    assert abs(beside.twist.speed_m_s) <= CREEP_M_S
+
+
+def test_what_moves_is_not_crept_by() -> None:
+    assert checked(AHEAD, things((0.022, KEEPING.radius_m + 0.030), moving=True), KEEPING).blocked
 
 
 def test_turning_on_the_spot_is_always_free() -> None:
