@@ -6,7 +6,7 @@ The body is a disc, so turning on the spot is always free, and a way is free as 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -19,7 +19,7 @@ MOVING_EXTRA_M = 0.03  # the margin from what moves by itself is larger by this
 STEP_M = 0.005  # between two places of the disc that are looked at
 NEARER_M = 0.002  # coming nearer by less than this is no approach ...
 LEAST_M = 0.012  # ... except to what is nearer than this, or soon would be: many small approaches add up to a touch
-CREEP_M_S, CREEP_MARGIN_M = 0.04, 0.012  # a robot that goes no faster comes so near: it would stop at once
+CREEP_M_S, CREEP_MARGIN_M = 0.04, 0.012  # a robot that goes no faster comes so near to what stands: it would stop at once
 PACES = 1.0 - np.linspace(0.0, 1.0, 13)[:-1]  # of the wanted speed, that are tried in turn
 
 
@@ -53,15 +53,9 @@ def checked(wanted: Twist, things: Borders, keeping: Keeping) -> Checked:
     things = Borders(things.points_m[near], things.moving[near])
     for pace in PACES:
         twist = Twist(float(pace) * wanted.speed_m_s, wanted.turn_rad_s)
-        if abs(twist.speed_m_s) <= keeping.max_speed_m_s * free_way_m(twist, things, _at_pace(keeping, twist)) / SLOW_M:
+        if abs(twist.speed_m_s) <= keeping.max_speed_m_s * free_way_m(twist, things, keeping) / SLOW_M:
             return Checked(twist, slowed=pace < 1.0, blocked=False)
     return Checked(Twist(0.0, wanted.turn_rad_s), slowed=True, blocked=True)
-
-
-def _at_pace(keeping: Keeping, twist: Twist) -> Keeping:
-    """Return how far the body keeps from things at a twist's speed."""
-    is_slow = abs(twist.speed_m_s) <= CREEP_M_S
-    return replace(keeping, margin_m=min(keeping.margin_m, CREEP_MARGIN_M)) if is_slow else keeping
 
 
 def free_way_m(twist: Twist, things: Borders, keeping: Keeping) -> float:
@@ -73,12 +67,17 @@ def free_way_m(twist: Twist, things: Borders, keeping: Keeping) -> float:
         return SLOW_M
     ways = np.linspace(STEP_M, SLOW_M, round(SLOW_M / STEP_M))
     centres = _along_arc(twist, ways)
-    margins = keeping.margin_m + MOVING_EXTRA_M * things.moving
+    margins = np.where(things.moving, keeping.margin_m + MOVING_EXTRA_M, _margin_m(twist, keeping))
     x_m, y_m = things.points_m.T
     now = np.hypot(x_m, y_m) - keeping.radius_m
     then = np.hypot(centres[:, :1] - x_m, centres[:, 1:] - y_m) - keeping.radius_m
     too_near = (then < np.minimum(margins, np.minimum(now, np.maximum(now - NEARER_M, LEAST_M)))).any(axis=1)
     return float(ways[int(np.argmax(too_near))] - STEP_M) if too_near.any() else SLOW_M
+
+
+def _margin_m(twist: Twist, keeping: Keeping) -> float:
+    """Return how far the body keeps from what stands, at a twist's speed."""
+    return min(keeping.margin_m, CREEP_MARGIN_M) if abs(twist.speed_m_s) <= CREEP_M_S else keeping.margin_m
 
 
 def _along_arc(twist: Twist, ways_m: Array) -> Array:
