@@ -19,7 +19,7 @@ from tests.loopback.clock_bench import REPOSITORY, SERVER, SITE, open_clock_benc
 PATIENCE_S = 20.0
 WORST_S = 2e-3
 SETTLED_S = 10.0  # after the start, and after a step
-STEP_AT_S = 16.0
+STEP_AT_S = 22.0  # a busy machine may take a while to start them all
 LOOKED_AT_S = 2.0
 STILL_S = 0.1  # between the looks at the time before the step, and the step
 
