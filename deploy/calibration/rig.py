@@ -15,7 +15,7 @@ from protocol.messages import RigValue
 
 RATIO = "_camera_heights"  # ends the names of lengths that are multiples of the camera's height
 TAPE_SIGMA_M = 0.002  # by which a robot is put beside a tape
-LEAST_TAPE_M = 0.2
+LEAST_TAPE_M, MOST_TAPE_M = 0.2, 100.0
 _KNOWN_ENOUGH = {  # sigma, and what to do where it is larger
     "camera_height_m": (0.004, "let the camera see its own rim, or push the robot along a longer tape"),
     "camera_tilt_rad": (0.002, "drive farther, over floor with some pattern"),

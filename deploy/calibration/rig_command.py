@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from pathlib import Path
 from typing import NamedTuple
 
@@ -14,7 +15,7 @@ from agent.calibration import read_calibration
 from agent.config import AgentConfig, load_config
 from agent.rig import Calibration
 from deploy.bodies import drawn_body
-from deploy.calibration.rig import Watched, calibration_of, found_rig
+from deploy.calibration.rig import LEAST_TAPE_M, MOST_TAPE_M, Watched, calibration_of, found_rig
 from deploy.calibration.rig_drive import LEGS, check_nobody_leads, drive_robot, figure
 from deploy.calibration.rig_live import FIGURE, watch_pushed
 from deploy.calibration.rig_recording import recorded_robot, watch_recording, without_rim
@@ -46,7 +47,7 @@ def calibrate_rig_of(wishes: Wishes, console: Console) -> None:
         raise ConfigError(f"{sensor_file}: is there already; replace it with --overwrite, or name another folder with --out")
     _check_agree(wishes)
     drawn_file, watched = _watch(wishes, console)
-    by_tape_m = _read_tape(console) if wishes.drives and not watched.shows_length else wishes.distance_m
+    by_tape_m = read_tape(console) if wishes.drives and not watched.shows_length else wishes.distance_m
     rig = found_rig(watched, by_tape_m)
     tell_rig(rig, watched, console)
     if not rig.has_scale:
@@ -59,6 +60,21 @@ def calibrate_rig_of(wishes: Wishes, console: Console) -> None:
     radius_m = 0.5 * (rig["wheel_radius_left_m"] + rig["wheel_radius_right_m"])
     console.print("wheels, for [body] of the agent's file:", highlight=False, markup=False)
     console.print(f"  wheel_base_m = {rig['wheel_base_m']:.5f}\n  wheel_radius_m = {radius_m:.6f}", highlight=False)
+
+
+def read_tape(console: Console) -> float | None:
+    """Ask how far the robot went; None where nobody knows."""
+    while True:
+        try:
+            told = console.input("Metres from where it began to where it stands, by a tape (Enter: not known): ").strip()
+        except EOFError:
+            return None
+        if not told:
+            return None
+        with suppress(ValueError):  # it is said below
+            if LEAST_TAPE_M <= (distance_m := float(told)) <= MOST_TAPE_M:
+                return distance_m
+        console.print(f"Say it in metres, from {LEAST_TAPE_M:g} to {MOST_TAPE_M:g}, like 1.013.", highlight=False)
 
 
 def _check_agree(wishes: Wishes) -> None:
@@ -126,15 +142,3 @@ def _watch_driven(config: AgentConfig, folder: Path, console: Console) -> Watche
             bar.update(task, completed=legs, description=f"{config.robot.name}: {escape(doing)}")
 
         return drive_robot(config, folder, show)
-
-
-def _read_tape(console: Console) -> float | None:
-    """Ask how far the robot went; None where nobody knows."""
-    while True:
-        try:
-            told = console.input("Metres from where it began to where it stands, by a tape (Enter: not known): ").strip()
-            return float(told) if told else None
-        except EOFError:
-            return None
-        except ValueError:
-            console.print("That is no number: say it like 1.013.")

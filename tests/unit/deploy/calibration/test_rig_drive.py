@@ -6,8 +6,10 @@ import io
 from pathlib import Path
 
 import pytest
+from rich.console import Console
 
 from agent.config import AgentConfig, load_config
+from deploy.calibration.rig_command import read_tape
 from deploy.calibration.rig_drive import LEGS, SETTLE_S, STUCK_S, FigureDrive, figure, figure_settings
 from deploy.cli import run
 from protocol.bus import Bus
@@ -79,6 +81,14 @@ def test_nobody_drives_where_nobody_says_so(tmp_path: Path, capsys: pytest.Captu
     monkeypatch.setattr("sys.stdin", io.StringIO())
     assert run(["calibrate", "rig", "--config", str(file), "--drive", "--out", str(tmp_path / "out")]) == 2
     assert "press Enter where it asks" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("said", "distance_m"), [("1.013\n", 1.013), ("nan\n-1\n0.1\ninf\na metre\n0.987\n", 0.987), ("\n", None), ("nan\n", None)]
+)
+def test_what_the_tape_says_is_asked_for_until_it_can_be_so(said: str, distance_m: float | None, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("sys.stdin", io.StringIO(said))
+    assert read_tape(Console()) == distance_m
 
 
 @pytest.mark.parametrize(
