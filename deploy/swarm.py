@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -59,16 +59,25 @@ def running_swarm(server: MapServerConfig, crew: Crew, folder: Path, processes: 
 
     Settings go to `folder`/config. Raises OmmatidiaError where one cannot start.
     """
-    endpoint = start_and_read_endpoint(
-        processes, MAP_SERVER, "mapserver", "--config", str(write_settings(folder / "config", MAP_SERVER, server))
-    )
+    endpoint = start_map_server(processes, server, folder)
     with Bus.open_client(SITE, endpoint) as link:
         agents = crew.settings(endpoint)
         for name, settings in agents.items():
             processes.start(name, *crew.arguments(name, write_settings(folder / "config", name, settings)))
-        alive = link.presence(topics.AGENT_ALIVE)
-        processes.wait_for(lambda timeout_s: alive.wait_for(agents, timeout_s), START_TIMEOUT_S)
+        wait_for_agents(link, agents, processes, START_TIMEOUT_S)
         yield Swarm(link, endpoint, {MAP_SERVER: server, **agents})
+
+
+def start_map_server(processes: Processes, settings: MapServerConfig, folder: Path) -> str:
+    """Start a map server, whose settings go to `folder`/config, and return its endpoint. Raises LinkError."""
+    file = write_settings(folder / "config", MAP_SERVER, settings)
+    return start_and_read_endpoint(processes, MAP_SERVER, "mapserver", "--config", str(file))
+
+
+def wait_for_agents(link: Bus, agents: Iterable[str], processes: Processes, timeout_s: float) -> None:
+    """Return when all these agents are there; raises LinkError that tells who is missing, or which of the processes has ended."""
+    alive = link.presence(topics.AGENT_ALIVE)
+    processes.wait_for(lambda turn_s: alive.wait_for(agents, turn_s), timeout_s)
 
 
 def start_and_read_endpoint(processes: Processes, name: str, module: str, *arguments: str) -> str:

@@ -12,14 +12,15 @@ from agent.clocks.local_clock import LocalClock
 from agent.config import AgentConfig, Create2Settings, RosArduinoBridgeSettings, SerialWheelSettings
 from deploy.coverage_meter import CoverageMeter
 from deploy.launch import Processes
-from deploy.settings_files import SITE, WORLD, agent_settings, mapserver_settings
-from deploy.swarm import CAMERA_AGENT, Crew, Swarm, running_swarm, start_and_read_endpoint
+from deploy.settings_files import SITE, agent_settings, mapserver_settings
+from deploy.swarm import CAMERA_AGENT, Crew, Swarm, running_swarm
 from deploy.told_team import ToldTeam, read_team
 from protocol import topics
 from protocol.bus import Bus
 from protocol.messages import AgentStatus, FormationState, Poses, WorldTruth
 from sim.scenario import Scenario, load_scenario
 from tests.emulated_board import EmulatedBoard, emulated_board
+from tests.wall_world import start_wall_world
 
 BOOT_S = 0.5  # of an emulated Arduino: the tests do not wait for a boot loader
 
@@ -117,9 +118,7 @@ def running_firmware_swarm(
     with ExitStack() as stack:
         processes = stack.enter_context(Processes(folder / "logs"))
         told = folder / "world"
-        endpoint = start_and_read_endpoint(
-            processes, WORLD, "sim", "--scenario", str(scenario_file), "--site", SITE, "--clock", "wall", "--out", str(told)
-        )
+        endpoint = start_wall_world(processes, scenario_file, told)
         where = ("--world", endpoint, "--site", SITE, "--scenario", str(scenario_file))
         running = {
             name: stack.enter_context(emulated_board(board, folder / f"{name}-wheels", *where, "--robot", name, "--boot", str(BOOT_S)))

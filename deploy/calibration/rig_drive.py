@@ -10,14 +10,14 @@ from agent.config import AgentConfig
 from deploy.calibration.rig import Watched
 from deploy.calibration.rig_live import LiveRobot
 from deploy.launch import Processes
-from deploy.settings_files import MAP_SERVER, write_settings
-from deploy.swarm import start_and_read_endpoint
+from deploy.settings_files import MAP_SERVER
+from deploy.swarm import start_map_server, wait_for_agents
 from mapserver.config import MapServerConfig
 from protocol.bus import Bus
 from protocol.errors import LinkError
 from protocol.messages import FormationState
 from protocol.settings import parse
-from protocol.topics import AGENT_ALIVE, FORMATION
+from protocol.topics import FORMATION
 
 WAY_M = 1.0  # of one leg
 LEGS = 5  # ahead, back, and so on; the last one ends ahead, where a tape can tell how far that is
@@ -58,8 +58,7 @@ def drive_robot(config: AgentConfig, folder: Path, progress: Callable[[int, str]
     robot's motion. Raises LinkError where the robot does not come, or does not go on.
     """
     with Processes(folder / "logs") as processes:
-        settings_file = write_settings(folder, MAP_SERVER, figure_settings(config))
-        endpoint = start_and_read_endpoint(processes, MAP_SERVER, "mapserver", "--config", str(settings_file))
+        endpoint = start_map_server(processes, figure_settings(config), folder)
         with Bus.open_client(config.robot.site, endpoint, _CONNECT_S) as bus:
             _wait_for(config, bus, processes)
             return _led(LiveRobot(bus, config.robot.name), bus, processes, progress)
@@ -86,9 +85,8 @@ def _around_m(config: AgentConfig) -> float:
 
 def _wait_for(config: AgentConfig, bus: Bus, processes: Processes) -> None:
     robot = config.robot.name
-    alive = bus.presence(AGENT_ALIVE)
     try:
-        processes.wait_for(lambda timeout_s: alive.wait_for([robot], timeout_s), COME_S)
+        wait_for_agents(bus, [robot], processes, COME_S)
     except LinkError:
         processes.check()
         raise LinkError(

@@ -12,13 +12,14 @@ import pytest
 from agent.calibration import read_calibration
 from deploy.cli import run
 from deploy.launch import Processes
-from deploy.settings_files import SITE, WORLD, agent_settings, write_settings
-from deploy.swarm import CAMERA_AGENT, start_and_read_endpoint
+from deploy.settings_files import SITE, agent_settings, write_settings
+from deploy.swarm import CAMERA_AGENT
 from deploy.told_team import read_team
 from protocol import topics
 from protocol.bus import Bus
 from protocol.geometry import Pose2
 from protocol.messages import WorldTruth
+from tests.wall_world import start_wall_world
 
 SCENARIO = """
 name = "figure"
@@ -59,9 +60,7 @@ def world(tmp_path: Path) -> Iterator[Bus]:
     scenario.write_text(SCENARIO)
     with Processes(tmp_path / "logs") as processes:
         told = tmp_path / "world"
-        endpoint = start_and_read_endpoint(
-            processes, WORLD, "sim", "--scenario", str(scenario), "--site", SITE, "--clock", "wall", "--out", str(told)
-        )
+        endpoint = start_wall_world(processes, scenario, told)
         team = read_team(told)
         settings = agent_settings(team, team.robots[0], "full", free_endpoint(), endpoint)
         processes.start("r1", "-m", CAMERA_AGENT, "--config", str(write_settings(tmp_path / "config", "r1", settings)))
