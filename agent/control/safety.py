@@ -19,7 +19,7 @@ MOVING_EXTRA_M = 0.03  # the margin from what moves by itself is larger by this
 STEP_M = 0.005  # between two places of the disc that are looked at
 NEARER_M = 0.002  # coming nearer by less than this is no approach ...
 LEAST_M = 0.012  # ... except to what is nearer than this, or soon would be: many small approaches add up to a touch
-CREEP_M_S, CREEP_MARGIN_M = 0.04, 0.012  # a robot that goes no faster comes so near to what stands: it would stop at once
+CREEP_M_S = 0.04  # a robot that goes no faster keeps only that from what stands: it would stop at once
 PACES = 1.0 - np.linspace(0.0, 1.0, 13)[:-1]  # of the wanted speed, that are tried in turn
 
 
@@ -77,7 +77,7 @@ def free_way_m(twist: Twist, things: Borders, keeping: Keeping) -> float:
 
 def _margin_m(twist: Twist, keeping: Keeping) -> float:
     """Return how far the body keeps from what stands, at a twist's speed."""
-    return min(keeping.margin_m, CREEP_MARGIN_M) if abs(twist.speed_m_s) <= CREEP_M_S else keeping.margin_m
+    return min(keeping.margin_m, LEAST_M) if abs(twist.speed_m_s) <= CREEP_M_S else keeping.margin_m
 
 
 def _along_arc(twist: Twist, ways_m: Array) -> Array:
