@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from agent.vision.floor_view import FloorView, Picture
-from agent.vision.robust import quantile, robust_sigma
+from agent.vision.robust import quantiles, robust_sigma
 
 EVERY_PX = 8  # of the reduced picture, in either direction, tells the levels
 SHARE = 0.01  # of what is seen, that is darker than the darkest that counts, and lighter than the lightest
@@ -37,10 +37,10 @@ class Levels:
     def spread(self, picture: Picture) -> Picture:
         """Return a camera picture, BGR, with enough contrast."""
         green = picture[(*self._seen, 1)].astype(np.float64)
-        ends = quantile(green, SHARE), quantile(green, 1.0 - SHARE)
-        if self._ends is None or _change(self._ends, ends) > CHANGE:
+        darkest, lightest = quantiles(green, SHARE, 1.0 - SHARE)
+        if self._ends is None or _change(self._ends, (darkest, lightest)) > CHANGE:
             noise = robust_sigma(green - picture[(*self._beside, 1)]) / np.sqrt(2.0)
-            self._ends, self._table = ends, _table(*ends, MOST_NOISE / max(noise, LEAST_NOISE))
+            self._ends, self._table = (darkest, lightest), _table(darkest, lightest, MOST_NOISE / max(noise, LEAST_NOISE))
         return picture if self._table is None else np.asarray(cv2.LUT(picture, self._table), np.uint8)
 
 
