@@ -21,7 +21,7 @@ NEAREST_IN_RADII = 2.6  # nearer, its rim leaves the picture
 STEP_RAD = 0.018  # between places, as the camera sees them; a search starts from within half of it
 ACROSS_M = 5e-3  # from a point of the silhouette to where in and out are compared
 CLIPPED = 24.0  # grey levels; beyond this a difference counts no more
-LIKELY = 0.9  # of 1.5 at most; patterns, boxes and cylinders of other sizes seldom come to more
+LIKELY = 0.9  # of 1.5 at most; patterns, boxes and cylinders of other sizes come to about as much
 MOST = 4  # places that are told of a sector: what was tried in vain there must not keep the rest from their turn
 _BASE, _LEFT, _RIGHT = (
     slice(0, BASE_POINTS // 2),

@@ -28,7 +28,7 @@ def _dark(levels: NDArray[np.float64], done: float) -> NDArray[np.float64]:
     return _exposed(levels, 0.2)
 
 
-def _veiled(share: float) -> Light:
+def veil(share: float) -> Light:
     """Return a light in which that share of the contrast is left, as behind a dirty lens."""
     return lambda levels, _: VEIL_LEVEL + share * (levels - VEIL_LEVEL)
 
@@ -41,8 +41,8 @@ LIGHTS: Mapping[str, Light] = MappingProxyType(
     {
         "exposure jumps": _jumping,
         "a fifth of the light": _dark,
-        "60 % of the contrast": _veiled(0.6),
-        "35 % of the contrast": _veiled(0.35),
+        "60 % of the contrast": veil(0.6),
+        "35 % of the contrast": veil(0.35),
     }
 )
 

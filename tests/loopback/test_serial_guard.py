@@ -92,3 +92,4 @@ def test_a_guard_that_ends_has_the_wheels_stand(robot: Robot) -> None:
     robot.guard.close()
     while robot.board.speeds != (0, 0):
         robot.board.reply(robot.port.heard(at_least=1))
+    assert robot.board.speeds == (0, 0)

@@ -94,6 +94,7 @@ def test_stop_goes_out_at_once(bench: Bench, board: Board) -> None:
     bench.until(lambda: board.speeds == (10, 10))
     bench.wheels.stop()
     bench.listen_until(lambda: board.speeds == (0, 0))
+    assert board.speeds == (0, 0)
 
 
 def test_readings_without_a_known_clock_are_not_handed_out(port: Port, board: Board) -> None:
@@ -174,6 +175,7 @@ def test_garbage_alone_loses_the_line_and_the_wheels_are_stopped(bench: Bench, b
     board.garble = lambda answer: b"\xfe" * len(answer)
     bench.until(lambda: "gives no good answers any more" in bench.wheels.condition.trouble)
     bench.listen_until(lambda: board.speeds == (0, 0))
+    assert board.speeds == (0, 0)
 
 
 @pytest.mark.parametrize(

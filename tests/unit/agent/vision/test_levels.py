@@ -13,6 +13,7 @@ from agent.optics import Optics
 from agent.rig import Body
 from agent.vision.floor_view import Picture
 from agent.vision.levels import DARKEST, LIGHTEST, Levels
+from tests.bench.relit import veil
 
 CAMERA = Path(__file__).parents[3] / "data" / "excerpt" / "r1" / "cam0"
 
@@ -29,9 +30,9 @@ def picture() -> Picture:
     return np.asarray(picture, np.uint8)
 
 
-def veiled(picture: Picture, share: float, level: float = 110.0) -> Picture:
-    """Return a picture with that share of its contrast left, around a grey level."""
-    return np.asarray(np.rint(level + share * (picture.astype(np.float64) - level)), np.uint8)
+def veiled(picture: Picture, share: float) -> Picture:
+    """Return a picture with that share of its contrast left."""
+    return np.asarray(np.rint(veil(share)(picture.astype(np.float64), 0.0)), np.uint8)
 
 
 def test_a_picture_with_enough_contrast_stays_as_it_is(levels: Levels, picture: Picture) -> None:
@@ -52,7 +53,6 @@ def test_a_picture_in_the_dark_becomes_lighter(levels: Levels, picture: Picture)
 
 
 def test_small_changes_of_the_light_leave_the_levels_alone(levels: Levels, picture: Picture) -> None:
-    first = levels.spread(veiled(picture, 0.5))
     first = levels.spread(veiled(picture, 0.5))
     darker = levels.spread(veiled(picture, 0.5) - 4)
     assert float(first.astype(int).mean() - darker.astype(int).mean()) > 4.0
