@@ -45,7 +45,7 @@ def _whole(pieces: Sequence[Thing]) -> Thing:
     best = max(pieces, key=lambda piece: piece.observations)
     shape = Footprint(base, shapely.get_coordinates(shapely.centroid(base))[0], best.shape.disagreement)
     seen_by = set().union(*(piece.seen_by for piece in pieces))
-    return replace(best, number=min(piece.number for piece in pieces), shape=shape, seen_by=seen_by)
+    return replace(best, number=min(piece.number for piece in pieces), shape=shape, regular=None, seen_by=seen_by)
 
 
 def _hull(pieces: Sequence[Thing]) -> shapely.Polygon:

@@ -14,6 +14,7 @@ import shapely
 from mapserver.mapping.base_line import LEAST_BASE_CELLS, lies_beside, reaches_as_far
 from mapserver.mapping.belief import Belief
 from mapserver.mapping.prism import Footprint, Ground, IsBare, footprint, whole_views
+from mapserver.mapping.regular import regular
 from mapserver.mapping.silhouette import SeenHeight, Silhouette, height_of
 from mapserver.mapping.view import View
 from protocol.fields import Packed
@@ -59,6 +60,7 @@ class Thing:
     anchor_m: Array  # (2,) on its base line, where it was last seen [arena]
     height_m: float | None
     seen_ns: int
+    regular: Footprint | None = None  # a circle or rectangle, where it explains the views better than the shape does
     belief: float = 0.0
     observations: int = 0
     misses: int = 0  # views that should have shown it, and did not
@@ -81,6 +83,11 @@ class Thing:
         told = self.belief > SURE_BELIEF or len(self.heights) >= min(LEAST_TOLD_SHARE * self.observations, ENOUGH_TOLD)
         stands = self.misses <= MOST_MISSED_SHARE * self.observations and not self.is_misfit
         return known and told and stands and self.shape.base.area > least.area_m2
+
+    @property
+    def standing(self) -> Footprint:
+        """Where the thing stands in the map."""
+        return self.regular or self.shape
 
     def is_due(self) -> bool:
         """Tell whether it is time to fit the shape anew: what is in the map rests for a while, however many views show it better."""
@@ -125,7 +132,9 @@ class Thing:
 
     def fit(self, is_bare: IsBare) -> None:
         """Fit the footprint to the views and to the floor that is known by now to be bare."""
-        self.shape = footprint(self.views, self.height_m, Ground(is_bare, self.base_m)) or self.shape
+        ground = Ground(is_bare, self.base_m)
+        self.shape = footprint(self.views, self.height_m, ground) or self.shape
+        self.regular = None if self.height_m is None else regular(self.shape, self.views, self.height_m, ground)
         self.fitted_base_m, self.fitted_ns = self.base_m, self.seen_ns
         self.is_misfit, self.is_stale = self._is_misfit(), False
 
@@ -153,22 +162,22 @@ class Thing:
 
     def as_object(self, beliefs: Mapping[str, Belief]) -> MapObject:
         """Return the thing as it goes on the wire, with the robots' last `beliefs` for its uncertainty."""
-        covariance = self._centre_covariance(beliefs)
+        covariance = _centre_covariance(self.standing, [beliefs[robot] for robot in sorted(self.seen_by)])
         return MapObject(
             id=self.number,
             kind="obstacle",
-            footprint=Packed.of(shapely.get_coordinates(shapely.orient_polygons(self.shape.base))[:-1], "f8"),
+            footprint=Packed.of(shapely.get_coordinates(shapely.orient_polygons(self.standing.base))[:-1], "f8"),
             height_m=self.height_m,
             seen_by=tuple(sorted(self.seen_by)),
             observations=self.observations,
             centre_covariance=(float(covariance[0, 0]), float(covariance[0, 1]), float(covariance[1, 1])),
         )
 
-    def _centre_covariance(self, beliefs: Mapping[str, Belief]) -> Array:
-        """Return the covariance of the footprint's centre, (2, 2) [m^2; arena]: by how much views disagree, and the best observer's own."""
-        observers = [beliefs[robot] for robot in sorted(self.seen_by)]
-        placed = [observer.covariance_of_point(observer.arena_from_body.inverse().apply(self.shape.centre_m)) for observer in observers]
-        return np.asarray(self.shape.disagreement + LEAST_CENTRE_SIGMA_M**2 * np.eye(2) + min(placed, key=np.trace))
+
+def _centre_covariance(standing: Footprint, observers: Sequence[Belief]) -> Array:
+    """Return the covariance of a footprint's centre, (2, 2) [m^2; arena]: by how much views disagree, and the best observer's own."""
+    placed = [observer.covariance_of_point(observer.arena_from_body.inverse().apply(standing.centre_m)) for observer in observers]
+    return np.asarray(standing.disagreement + LEAST_CENTRE_SIGMA_M**2 * np.eye(2) + min(placed, key=np.trace))
 
 
 def _best_of_each_side(kept: Sequence[Silhouette], new: Sequence[Silhouette], centre_m: Array) -> list[Silhouette]:

@@ -80,7 +80,7 @@ class ThingTracker:
         for thing, _ in shown.values():
             self._join(thing)
         self._forget(view.stamp_ns)
-        return [shapely.get_coordinates(thing.shape.base) for thing in missed if thing.is_shown()]
+        return [shapely.get_coordinates(thing.standing.base) for thing in missed if thing.is_shown()]
 
     def _assign(self, view: View, clusters: Clusters) -> dict[int, tuple[Thing, float]]:
         """Give every region that shows a thing whole to that, or to a new one; return those things by number, with their distance [m]."""
