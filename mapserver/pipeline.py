@@ -15,7 +15,7 @@ from mapserver.mapping.joining import Seekers
 from mapserver.mapping.movers import MoverWatch
 from mapserver.mapping.overlay import Overlay
 from mapserver.mapping.pose_graph import Extent, PoseGraph
-from mapserver.mapping.scan import Standing
+from mapserver.mapping.scan import Rough, Standing
 from mapserver.mapping.scan_ties import ScanTies
 from mapserver.mapping.solver import Effort, Solver
 from mapserver.mapping.things import ThingTracker
@@ -58,6 +58,7 @@ class MapPipeline:
         self._things = ThingTracker(self._overlay)
         self._movers = MoverWatch()
         self._objects: tuple[MapObject, ...] = ()
+        self._rough: list[Rough] = []  # the same things, as the next step goes by them
         self._clock = clock
         self._steps = 0
         self._stamp_ns = 0
@@ -82,10 +83,10 @@ class MapPipeline:
         with self._clock.stage("objects"):
             self._things.clear(bodies)
             self._things.fit()
-            self._objects = self._things.objects(self._graph.last_beliefs())
+            self._objects, self._rough = self._things.objects(self._graph.last_beliefs()), self._things.rough()
         with self._clock.stage("overlay"):
             self._overlay.clear(bodies)
-            tiles = self._overlay.take_changes([item.footprint.array() for item in self._objects])
+            tiles = self._overlay.take_changes([thing.corners_m for thing in self._rough])
         return self._merged(batch.stamp_ns, beliefs, tiles)
 
     def snapshot(self) -> MapUpdate:
@@ -114,7 +115,7 @@ class MapPipeline:
 
     def _tie_scans(self, local_maps: Sequence[LocalMap]) -> None:
         """Tie robots that know their place by what stands around them, as far as the map knew it after the last step."""
-        standing = Standing(self._objects)
+        standing = Standing(self._rough)
         for local_map in local_maps:
             if local_map.regions and self._knows_its_place(local_map.robot):
                 self._scan_ties.tie(local_map, standing, self._bodies(local_map.stamp_ns, besides=local_map.robot))

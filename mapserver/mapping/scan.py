@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from mapserver.mapping.bodies import Body
 from mapserver.mapping.view import metres_per_rad
 from protocol.geometry import Array, Pose2
-from protocol.messages import LocalMap, MapObject, Region
+from protocol.messages import LocalMap, Region
 
 REACH_M = 0.9  # base lines are not told well beyond
 EDGE_M = 0.05  # so near to the end of its sight a local map cuts things off
@@ -37,7 +37,7 @@ class Scan(NamedTuple):
     points_m: Array  # (n, 2) middles [m; body]
     normals: Array  # (n, 2) of length 1, out of the things [body]
     sigmas_m: Array  # (n,) how well each is told, along its normal
-    things: NDArray[np.intp]  # (n,) of which of the map's objects each is a piece
+    things: NDArray[np.intp]  # (n,) of which of the things that stand each is a piece
 
     def count_things(self) -> int:
         """Return of how many things there are pieces."""
@@ -49,16 +49,23 @@ class Scan(NamedTuple):
         return Scan(self.points_m[stands], self.normals[stands], self.sigmas_m[stands], self.things[stands])
 
 
-class Standing:
-    """The map's objects that stand, for scans to be taken of them."""
+class Rough(NamedTuple):
+    """What is known of where a thing stands."""
 
-    def __init__(self, objects: Sequence[MapObject]) -> None:
-        """Take the map's objects."""
-        tall = [item for item in objects if item.kind == "obstacle" and (item.height_m or 0.0) >= LEAST_HEIGHT_M]
-        self._borders = shapely.STRtree([shapely.LinearRing(item.footprint.array()) for item in tall])
+    corners_m: Array  # (n, 2) of its footprint [arena]
+    height_m: float
+
+
+class Standing:
+    """The things that stand, for scans to be taken of them."""
+
+    def __init__(self, things: Sequence[Rough]) -> None:
+        """Take the things that are in the map."""
+        tall = [thing.corners_m for thing in things if thing.height_m >= LEAST_HEIGHT_M]
+        self._borders = shapely.STRtree([shapely.LinearRing(corners_m) for corners_m in tall])
 
     def nearest(self, points_m: Array, within_m: float) -> NDArray[np.intp]:
-        """Return on the border of which object points, (n, 2) [m; arena], lie, (n,), or within so much of it; -1: of none."""
+        """Return on the border of which thing points, (n, 2) [m; arena], lie, (n,), or within so much of it; -1: of none."""
         found = np.full(len(points_m), -1, np.intp)
         point, thing = self._borders.query_nearest(shapely.points(points_m), max_distance=within_m, all_matches=False)
         found[point] = thing

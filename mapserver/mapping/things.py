@@ -21,6 +21,7 @@ from mapserver.mapping.bodies import Body
 from mapserver.mapping.clusters import Clusters
 from mapserver.mapping.pieces import wholes
 from mapserver.mapping.prism import footprint
+from mapserver.mapping.scan import Rough
 from mapserver.mapping.silhouette import Silhouette, silhouettes_of
 from mapserver.mapping.thing import Thing
 from mapserver.mapping.view import StandingRegion, View, lay, metres_per_rad
@@ -80,7 +81,7 @@ class ThingTracker:
         for thing, _ in shown.values():
             self._join(thing)
         self._forget(view.stamp_ns)
-        return [shapely.get_coordinates(thing.standing.base) for thing in missed if thing.is_shown()]
+        return [shapely.get_coordinates(thing.shape.base) for thing in missed if thing.is_shown()]
 
     def _assign(self, view: View, clusters: Clusters) -> dict[int, tuple[Thing, float]]:
         """Give every region that shows a thing whole to that, or to a new one; return those things by number, with their distance [m]."""
@@ -138,6 +139,11 @@ class ThingTracker:
     def objects(self, beliefs: Mapping[str, Belief]) -> tuple[MapObject, ...]:
         """Return the things that are believed in, pieces put together, with the robots' last `beliefs` for their uncertainty."""
         return tuple(thing.as_object(beliefs) for thing in wholes([thing for thing in self._things if thing.is_shown()]))
+
+    def rough(self) -> list[Rough]:
+        """Return the rough footprints of the things that are believed in: a circle or a rectangle is what the map shows, no evidence."""
+        shown = wholes([thing for thing in self._things if thing.is_shown()])
+        return [Rough(shapely.get_coordinates(thing.shape.base)[:-1], thing.height_m or 0.0) for thing in shown]
 
     def _on_clusters(self, clusters: Clusters) -> dict[int, Thing]:
         """Return the thing on each cluster in sight that has one; things on one cluster are joined."""

@@ -6,10 +6,8 @@ import numpy as np
 import pytest
 
 from mapserver.mapping.bodies import Body
-from mapserver.mapping.scan import Scan, Standing, scan_of
-from protocol.fields import Packed
+from mapserver.mapping.scan import Rough, Scan, Standing, scan_of
 from protocol.geometry import Array, Pose2
-from protocol.messages import MapObject
 from tests.unit.mapserver.worlds import Motion, local_map, rectangle, region_of, smear_of
 
 EYE = Pose2(0.0, 0.0, 0.4)
@@ -17,21 +15,8 @@ NEAR, BESIDE, BEHIND = rectangle(0.6, 0.0, 0.2, 0.2), rectangle(0.0, 0.5, 0.2, 0
 HEIGHT_M = 0.15
 
 
-def mapped(*footprints_m: Array, height_m: float | None = HEIGHT_M) -> Standing:
-    return Standing(
-        [
-            MapObject(
-                id=number,
-                kind="obstacle",
-                footprint=Packed.of(footprint_m, "f8"),
-                height_m=height_m,
-                seen_by=("r1",),
-                observations=9,
-                centre_covariance=(1e-5, 0.0, 1e-5),
-            )
-            for number, footprint_m in enumerate(footprints_m)
-        ]
-    )
+def mapped(*footprints_m: Array, height_m: float = HEIGHT_M) -> Standing:
+    return Standing([Rough(footprint_m, height_m) for footprint_m in footprints_m])
 
 
 def scan(*seen_m: Array, standing: Standing, bodies: tuple[Body, ...] = (), motion: Motion = "static", range_m: float = 2.0) -> Scan:
@@ -64,7 +49,6 @@ def test_what_stands_behind_a_nearer_thing_has_no_pieces() -> None:
         ("what the map does not know", scan(NEAR, standing=mapped(BESIDE))),
         ("what the map has elsewhere", scan(NEAR, standing=mapped(NEAR + 0.06))),
         ("what is too low to be told from paint", scan(NEAR, standing=mapped(NEAR, height_m=0.02))),
-        ("what has no height yet", scan(NEAR, standing=mapped(NEAR, height_m=None))),
         ("what moves", scan(NEAR, standing=mapped(NEAR), motion="moving")),
         ("where a robot stands", scan(NEAR, standing=mapped(NEAR), bodies=(Body(np.array([0.6, 0.0]), 0.15, 0.0),))),
         ("what the sight cuts off", scan(NEAR, standing=mapped(NEAR), range_m=0.5)),
