@@ -9,17 +9,22 @@ from contextlib import closing
 import numpy as np
 from numpy.typing import NDArray
 
+from agent.camera_watch import REMEDIES
 from agent.config import AgentConfig, BusCameraSettings
 from agent.doctor.finding import Finding, bad, good, warning
 from agent.drivers.camera import Camera
 from agent.drivers.open_camera import open_camera
 from agent.rig import Calibration
 from agent.vision.brightness import LEAST_LEVEL, brightness
+from agent.vision.liveness import DARK_LEVEL
 from agent.vision.sharpness import BLURRED, sharpness
 from protocol.news import News
 from protocol.stage_clock import StageClock
 
 WATCH_S = 4.0  # a camera needs a second or two to begin
+FEW_PICTURES = 4  # different ones in that time: with fewer the robot would stand still
+MOST_WHITE_SHARE = 0.2  # of a picture: white robots and lamps are less, and a floor that is white shows no texture
+_WHITE = 250
 _MIDDLE = 4  # the middle part of the picture, in which sharpness is measured, begins and ends at this fraction of it
 _TURN_S = 0.1
 
@@ -58,24 +63,39 @@ def watch(camera: Camera, wait: Callable[[float], object]) -> tuple[list[Picture
 
 
 def judge(pictures: list[Picture], trouble: str) -> list[Finding]:
-    """Return what pictures tell of their camera, and what it says itself: one line, its remedy behind a colon."""
+    """Return what pictures tell of their camera, and what it says itself, or why a frame had no picture: one line, its remedy last."""
+    cause, remedy = _parted(REMEDIES.get(trouble, trouble))
     if not pictures:
-        cause, _, remedy = trouble.removeprefix("camera: ").partition(": ")
         next_step = remedy or "see [camera] in the settings; ls -l /dev/v4l/by-id; let nobody else use it"
         return [bad("camera", "no picture", cause or "none came in time", next_step)]
+    return [_delivery(pictures, cause, remedy), _exposure(pictures[-1]), _focus(pictures[-1])]
+
+
+def _parted(trouble: str) -> tuple[str, str]:
+    """Return a trouble's cause and its remedy, which stands behind a colon."""
+    cause, _, remedy = trouble.removeprefix("camera: ").partition(": ")
+    return cause, remedy
+
+
+def _delivery(pictures: list[Picture], cause: str, remedy: str) -> Finding:
     rows, cols, _ = pictures[-1].shape
-    seen = f"{cols}x{rows}, {len(pictures)} pictures in {WATCH_S:g} s"
-    if trouble:
-        cause, _, remedy = trouble.removeprefix("camera: ").partition(": ")
-        return [warning("camera", seen, cause, remedy or "see the settings below [camera]")]
-    return [good("camera", seen), _exposure(pictures[-1]), _focus(pictures[-1])]
+    count = f"{len(pictures)} picture" + "s" * (len(pictures) != 1)
+    seen = f"{cols}x{rows}, {count} in {WATCH_S:g} s"
+    if not cause:
+        return good("camera", seen)
+    found = bad if len(pictures) < FEW_PICTURES else warning
+    return found("camera", seen, cause, remedy or "see the settings below [camera]")
 
 
 def _exposure(picture: Picture) -> Finding:
-    bright = brightness(picture)
+    bright, white = brightness(picture), float(np.mean(picture.min(axis=2) >= _WHITE))
     seen = f"the brightest parts have level {bright:.0f} of 255"
+    if bright < DARK_LEVEL:
+        return bad("exposure", seen, "black pictures", "take the cap off the lens, or give light")
     if bright < LEAST_LEVEL:
         return bad("exposure", seen, "too dark to tell floor from noise", "more light, or a longer exposure_s and more gain")
+    if white > MOST_WHITE_SHARE:
+        return warning("exposure", f"{100.0 * white:.0f} % of the picture is white", "burnt out", "a shorter exposure_s, or less gain")
     return good("exposure", seen)
 
 
@@ -84,7 +104,8 @@ def _focus(picture: Picture) -> Finding:
     middle = picture[rows // _MIDDLE : -rows // _MIDDLE, cols // _MIDDLE : -cols // _MIDDLE, 1]
     found = sharpness(np.ascontiguousarray(middle))
     if found is None:
-        return warning("focus", "no edge to judge by", "nothing in the middle has contrast", "put something printed under the robot")
+        cause = "nothing in the middle has contrast, or the lens is far out of focus"
+        return warning("focus", "no edge to judge by", cause, "put something printed under the robot; turn the lens until it is sharp")
     if found < BLURRED:
         return bad("focus", f"sharpness {found:.2f}", "out of focus", "turn the lens until the own rim is sharp, lock it, calibrate anew")
     return good("focus", f"sharpness {found:.2f}")

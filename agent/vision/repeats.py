@@ -11,7 +11,8 @@ REPEATED = "picture: same as the one before"
 
 _STRIDE = 4  # every fourth row and column tell as much as all
 _KEPT = 50  # pictures
-_SHARE = 0.1  # of those: fewer are a hiccup
+_SHARE = 0.1  # of those: fewer are a hiccup ...
+_STUCK_SHARE = 0.9  # ... and so many are no matter of the rate
 
 
 class Repeats:
@@ -35,6 +36,7 @@ class Repeats:
         count = sum(self._repeated)
         if count <= _SHARE * _KEPT:
             return ""
-        return (
-            f"camera: {count} of the last {len(self._repeated)} pictures were the same as the one before: lower rate_hz, or pull its plug"
-        )
+        remedy = "pull its plug and put it in again"
+        if count < _STUCK_SHARE * len(self._repeated):
+            remedy = f"lower rate_hz, or {remedy}"
+        return f"camera: {count} of the last {len(self._repeated)} pictures were the same as the one before: {remedy}"

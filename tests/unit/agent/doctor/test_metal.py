@@ -13,6 +13,7 @@ from agent.config import AgentConfig
 from agent.doctor.camera import judge as judge_camera
 from agent.doctor.finding import Finding
 from agent.doctor.wheels import examine_wheels, judge_push
+from agent.drivers.camera import WRONG_SIZE
 from tests.emulated_board import emulated_board
 
 PICTURES = Path(__file__).parents[3] / "data" / "excerpt" / "r1" / "cam0" / "data"
@@ -36,6 +37,22 @@ def test_dark_pictures_are_told(picture: NDArray[np.uint8]) -> None:
     assert verdicts(judge_camera([picture // 8], ""))["exposure"] == "bad"
 
 
+def test_black_pictures_are_told_though_a_camera_that_repeats_them_is_in_trouble_as_well(picture: NDArray[np.uint8]) -> None:
+    camera, exposure, _ = judge_camera([0 * picture], "camera: 39 of the last 40 pictures were the same as the one before: pull its plug")
+    assert (camera.verdict, camera.next_step) == ("bad", "pull its plug")
+    assert (exposure.verdict, exposure.cause) == ("bad", "black pictures")
+
+
+def test_burnt_out_pictures_are_told(picture: NDArray[np.uint8]) -> None:
+    burnt = cv2.convertScaleAbs(picture, alpha=6.0)
+    assert verdicts(judge_camera([np.asarray(burnt, np.uint8)], ""))["exposure"] == "warning"
+
+
+def test_a_camera_that_delivers_some_pictures_twice_works_though_not_as_it_should(picture: NDArray[np.uint8]) -> None:
+    trouble = "camera: 18 of the last 38 pictures were the same as the one before: lower rate_hz"
+    assert verdicts(judge_camera(20 * [picture], trouble))["camera"] == "warning"
+
+
 def test_smeared_pictures_are_told(picture: NDArray[np.uint8]) -> None:
     smeared = np.asarray(cv2.GaussianBlur(picture, (0, 0), 3.0), np.uint8)
     assert verdicts(judge_camera([smeared], ""))["focus"] == "bad"
@@ -44,6 +61,14 @@ def test_smeared_pictures_are_told(picture: NDArray[np.uint8]) -> None:
 def test_a_camera_without_pictures_is_told_with_the_remedy_that_it_names() -> None:
     (finding,) = judge_camera([], "camera: /dev/video0 is not there: put its plug in")
     assert (finding.verdict, finding.cause, finding.next_step) == ("bad", "/dev/video0 is not there", "put its plug in")
+
+
+def test_pictures_of_a_wrong_size_are_told_with_the_remedy() -> None:
+    (finding,) = judge_camera([], WRONG_SIZE)
+    assert (finding.cause, finding.next_step) == (
+        "pictures of another size than the calibration's",
+        "set the camera's size, or calibrate for this one",
+    )
 
 
 @pytest.mark.parametrize(

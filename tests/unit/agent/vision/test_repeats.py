@@ -23,3 +23,10 @@ def test_camera_that_often_repeats_itself_is_told() -> None:
     for number in range(60):
         repeats.look(grain(number // 2))
     assert repeats.complaint.startswith("camera: 25 of the last 50 pictures were the same as the one before: ")
+
+
+def test_camera_that_shows_one_picture_for_ever_is_not_told_to_go_slower() -> None:
+    repeats = Repeats()
+    for _ in range(40):
+        repeats.look(grain(1))
+    assert repeats.complaint == "camera: 39 of the last 40 pictures were the same as the one before: pull its plug and put it in again"
