@@ -140,7 +140,7 @@ def demo(
     duration: Annotated[
         float | None, typer.Option(min=1.0, metavar="S", help="Seconds of world time at most; as the scenario says if not given.")
     ] = None,
-    scenario: Annotated[str | None, typer.Option(metavar="FILE", help="A scenario, in place of a random arena.")] = None,
+    scenario: Annotated[str | None, typer.Option(metavar="FILE", help="A scenario, by file or name, in place of a random arena.")] = None,
     record: Annotated[Path | None, typer.Option(metavar="DIR", help="Keep frames, wheels and truth there, as a recording.")] = None,
     headless: Annotated[bool, typer.Option("--headless", help="Show no progress.")] = False,
     out: OutFolder = None,

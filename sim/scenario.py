@@ -10,6 +10,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, FiniteFloat, model_validator
 
+from protocol.errors import ConfigError
 from protocol.fields import Count, Name, StampNs
 from protocol.settings import Settings, check_names_differ, load_toml
 from sim.scenario_robots import FaultTable, RobotTable
@@ -164,6 +165,11 @@ def load_scenario(file: Path) -> Scenario:
 
 
 def scenario_file(name: str) -> Path:
-    """Return the file of the scenario that ships with the world under a name, or else the file of that name."""
-    shipped = SCENARIOS / f"{name}.toml"
-    return shipped if shipped.is_file() else Path(name)
+    """Return the file of the scenario that ships with the world under a name, or else the file of that name; ConfigError: there is none."""
+    shipped, file = SCENARIOS / f"{name}.toml", Path(name)
+    if shipped.is_file():
+        return shipped
+    if not file.exists():
+        names = ", ".join(sorted(each.stem for each in SCENARIOS.glob("*.toml")))
+        raise ConfigError(f"{name}: no such scenario; give a file, or one of those that are ready: {names}")
+    return file

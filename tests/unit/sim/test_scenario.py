@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from protocol.errors import ConfigError
-from sim.scenario import SCENARIOS, CameraTable, load_scenario
+from sim.scenario import SCENARIOS, CameraTable, load_scenario, scenario_file
 
 ROBOT = '[[robots]]\nname = "r1"\nstart = [0.0, 0.0, 0.0]\n'
 
@@ -26,6 +26,18 @@ def complaint(folder: Path, text: str) -> str:
 @pytest.mark.parametrize("file", sorted(SCENARIOS.glob("*.toml")), ids=lambda file: file.stem)
 def test_every_scenario_that_ships_can_be_used(file: Path) -> None:
     assert load_scenario(file).robots
+
+
+def test_a_scenario_is_found_by_its_name_or_its_file(tmp_path: Path) -> None:
+    own = tmp_path / "own.toml"
+    own.write_text(ROBOT, encoding="utf-8")
+    assert scenario_file("gate") == SCENARIOS / "gate.toml"
+    assert scenario_file(str(own)) == own
+
+
+def test_a_name_that_no_scenario_has_is_answered_with_those_there_are() -> None:
+    with pytest.raises(ConfigError, match=r"gatee: no such scenario; .*: empty, gate, passer_by"):
+        scenario_file("gatee")
 
 
 def test_a_robot_and_its_start_are_all_that_is_needed(tmp_path: Path) -> None:
