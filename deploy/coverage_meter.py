@@ -7,7 +7,7 @@ import zlib
 import numpy as np
 from numpy.typing import NDArray
 
-from mapserver.mapping.grid import TILE_CELLS
+from mapserver.mapping.floor.grid import TILE_CELLS
 from protocol.messages import UNKNOWN, MapTile, MapUpdate
 
 

@@ -13,9 +13,9 @@ from mapserver.formation.falling_in import Spacing
 from mapserver.formation.floor import Bounds
 from mapserver.formation.shapes import Kind, Shape, closest_pair_m, follower_offsets
 from mapserver.formation.task import Task
-from mapserver.mapping.pose_graph import Extent
-from mapserver.mapping.solver import Effort
-from mapserver.mapping.track import Start
+from mapserver.mapping.poses.pose_graph import Extent
+from mapserver.mapping.poses.solver import Effort
+from mapserver.mapping.poses.track import Start
 from protocol.errors import GeometryError
 from protocol.fields import Name
 from protocol.geometry import Pose2

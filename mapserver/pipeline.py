@@ -10,16 +10,16 @@ from mapserver.config import RobotSettings, starts_of
 from mapserver.formation.floor import Floor
 from mapserver.mapping.belief import Belief
 from mapserver.mapping.bodies import Body
-from mapserver.mapping.grid import CELL_M
-from mapserver.mapping.joining import Seekers
-from mapserver.mapping.movers import MoverWatch
-from mapserver.mapping.overlay import Overlay
-from mapserver.mapping.pose_graph import Extent, PoseGraph
-from mapserver.mapping.scan import Rough, Standing
-from mapserver.mapping.scan_ties import ScanTies
-from mapserver.mapping.solver import Effort, Solver
-from mapserver.mapping.things import ThingTracker
-from mapserver.mapping.ties import Ties, without_names
+from mapserver.mapping.floor.grid import CELL_M
+from mapserver.mapping.floor.overlay import Overlay
+from mapserver.mapping.joining.seekers import Seekers
+from mapserver.mapping.poses.pose_graph import Extent, PoseGraph
+from mapserver.mapping.poses.scan import Rough, Standing
+from mapserver.mapping.poses.scan_ties import ScanTies
+from mapserver.mapping.poses.solver import Effort, Solver
+from mapserver.mapping.poses.ties import Ties, without_names
+from mapserver.mapping.things.movers import MoverWatch
+from mapserver.mapping.things.tracker import ThingTracker
 from protocol.fields import Packed, covariance_tuple, pose_tuple
 from protocol.geometry import Array, Pose2
 from protocol.messages import LocalMap, MapObject, MapTile, MapUpdate, Poses, RobotPose, Trajectories, Trajectory

@@ -8,8 +8,8 @@ from itertools import takewhile
 
 import numpy as np
 
-from mapserver.mapping.pose_graph import PoseGraph
-from mapserver.mapping.track import Start
+from mapserver.mapping.poses.pose_graph import PoseGraph
+from mapserver.mapping.poses.track import Start
 from protocol.geometry import Pose2
 from protocol.messages import LocalMap, Revisit
 from sim.world.scene import FloorKind

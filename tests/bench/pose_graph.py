@@ -14,9 +14,9 @@ import gtsam
 import numpy as np
 
 from mapserver.mapping.belief import Belief
-from mapserver.mapping.pose_graph import PoseGraph
-from mapserver.mapping.solver import Effort, Solver
-from mapserver.mapping.track import Start
+from mapserver.mapping.poses.pose_graph import PoseGraph
+from mapserver.mapping.poses.solver import Effort, Solver
+from mapserver.mapping.poses.track import Start
 from protocol.geometry import Array, Pose2
 from protocol.messages import Identity, LocalMap, Sighting
 from tests.bench.statistics import Ratio, Stopwatch, Times, ratio_of_medians, times

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from deploy.coverage_meter import CoverageMeter
-from mapserver.mapping.grid import TILE_CELLS
+from mapserver.mapping.floor.grid import TILE_CELLS
 from protocol.messages import FREE, MapTile, MapUpdate
 
 CELL_M = 0.01

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 import shapely
 
-from mapserver.mapping.base_line import deepest_m, own_base, reaches_as_far, swept, way_behind
-from mapserver.mapping.silhouette import Silhouette
+from mapserver.mapping.footprints.base_line import deepest_m, own_base, reaches_as_far, swept, way_behind
+from mapserver.mapping.views.silhouette import Silhouette
 from protocol.geometry import Array, Pose2
 from tests.unit.mapserver.worlds import CAMERA_HEIGHT_M, rectangle, smear_of
 

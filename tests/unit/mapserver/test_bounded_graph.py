@@ -7,9 +7,9 @@ import math
 import numpy as np
 import pytest
 
-from mapserver.mapping.pose_graph import Extent, PoseGraph
-from mapserver.mapping.solver import Solver
-from mapserver.mapping.track import MOST_PAST_POSES, Past
+from mapserver.mapping.poses.pose_graph import Extent, PoseGraph
+from mapserver.mapping.poses.solver import Solver
+from mapserver.mapping.poses.track import MOST_PAST_POSES, Past
 from protocol.geometry import Pose2
 from tests.unit.mapserver.test_pose_graph import ARC, SIGMAS, STARTS, error_of, feed
 from tests.unit.mapserver.worlds import Swarm

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from mapserver.mapping.carving import MOST_SAMPLES, carved
+from mapserver.mapping.footprints.carving import MOST_SAMPLES, carved
 
 SIZE = 120
 

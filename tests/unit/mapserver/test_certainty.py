@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mapserver.mapping.certainty import Claim, certain, margins_nats
-from mapserver.mapping.hypotheses import Hypothesis
+from mapserver.mapping.joining.certainty import Claim, certain, margins_nats
+from mapserver.mapping.joining.hypotheses import Hypothesis
 from protocol.geometry import Pose2
 
 HERE, THERE, YONDER = Pose2(0.0, 0.0, 0.0), Pose2(1.0, 0.0, 0.0), Pose2(2.0, 0.0, 0.0)

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from mapserver.mapping.clusters import Clusters, clusters_of
-from mapserver.mapping.grid import CELL_M, LogOdds, Window
+from mapserver.mapping.floor.clusters import Clusters, clusters_of
+from mapserver.mapping.floor.grid import CELL_M, LogOdds, Window
 
 BASE, BARE = 1.0, -1.5
 WINDOW = Window(0, 0, 4, 4)  # 256 cells, 2.56 m, across

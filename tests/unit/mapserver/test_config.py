@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from mapserver.config import MapServerConfig, RobotSettings, load_config, starts_of
-from mapserver.mapping.track import Start
+from mapserver.mapping.poses.track import Start
 from protocol.errors import ConfigError
 from protocol.geometry import Pose2
 

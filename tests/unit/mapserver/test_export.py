@@ -12,7 +12,7 @@ import shapely
 import yaml
 
 from mapserver.export import PIXELS, geojson, grid_picture, map_yaml, pgm, write_geojson, write_grid
-from mapserver.mapping.grid import TILE_CELLS
+from mapserver.mapping.floor.grid import TILE_CELLS
 from protocol.errors import DecodeError
 from protocol.fields import Packed
 from protocol.messages import FREE, OCCUPIED, UNKNOWN, MapObject, MapTile, MapUpdate

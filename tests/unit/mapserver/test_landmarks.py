@@ -7,11 +7,11 @@ import math
 import numpy as np
 import pytest
 
-from mapserver.mapping.pose_graph import PoseGraph
-from mapserver.mapping.solver import Effort, Solver
-from mapserver.mapping.strangers import Clue, agreed_motion
-from mapserver.mapping.ties import Ties, without_names
-from mapserver.mapping.track import Start
+from mapserver.mapping.poses.pose_graph import PoseGraph
+from mapserver.mapping.poses.solver import Effort, Solver
+from mapserver.mapping.poses.strangers import Clue, agreed_motion
+from mapserver.mapping.poses.ties import Ties, without_names
+from mapserver.mapping.poses.track import Start
 from protocol.geometry import Array, Pose2
 from protocol.messages import Identity, LocalMap, Sighting
 from tests.unit.mapserver.worlds import local_map, sighting_of

@@ -15,7 +15,7 @@ from mapserver.formation.task import Task
 from mapserver.formation.trail import Reference
 from mapserver.leading import VALIDITY_NS, Lead, said
 from mapserver.mapping.bodies import Body
-from mapserver.mapping.movers import MoverWatch
+from mapserver.mapping.things.movers import MoverWatch
 from mapserver.pipeline import MapPipeline
 from mapserver.servertime import ServerTime
 from mapserver.stopping import StopLatch

@@ -7,7 +7,7 @@ import pytest
 
 from mapserver.batching import Batch
 from mapserver.config import RobotSettings
-from mapserver.mapping.pose_graph import Extent
+from mapserver.mapping.poses.pose_graph import Extent
 from mapserver.pipeline import MapPipeline, Merged
 from protocol.fields import covariance_tuple, pose_tuple
 from protocol.geometry import Pose2

@@ -6,8 +6,8 @@ import math
 
 import pytest
 
-from mapserver.mapping.association import Match
-from mapserver.mapping.lifting import LEAST_LOOKS, LIFTED_NS, LiftWatch, Look
+from mapserver.mapping.poses.association import Match
+from mapserver.mapping.poses.lifting import LEAST_LOOKS, LIFTED_NS, LiftWatch, Look
 from mapserver.pipeline import Merged
 from protocol.geometry import Pose2
 from protocol.messages import Sighting

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mapserver.mapping.map_match import MapField, base_lines, match_nats
+from mapserver.mapping.joining.map_match import MapField, base_lines, match_nats
 from protocol.geometry import Array, Pose2
 from protocol.messages import FREE, OCCUPIED, UNKNOWN, LocalMap
 from tests.unit.mapserver.worlds import local_map, rectangle, region_of, smear_of

@@ -6,8 +6,8 @@ import math
 
 import pytest
 
-from mapserver.mapping.moments import MOST_GLANCES, Glance, moment_of, remembered
-from mapserver.mapping.pairings import SIGHT_M2, pairings_of
+from mapserver.mapping.joining.moments import MOST_GLANCES, Glance, moment_of, remembered
+from mapserver.mapping.joining.pairings import SIGHT_M2, pairings_of
 from protocol.geometry import Pose2
 from protocol.messages import Identity, Sighting
 from tests.unit.mapserver.worlds import STEP_NS, local_map, sighting_of

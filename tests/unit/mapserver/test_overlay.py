@@ -11,8 +11,8 @@ import shapely
 
 from mapserver.export import grid_picture
 from mapserver.mapping.bodies import Body, robot_sector
-from mapserver.mapping.grid import CELL_M
-from mapserver.mapping.overlay import Overlay
+from mapserver.mapping.floor.grid import CELL_M
+from mapserver.mapping.floor.overlay import Overlay
 from protocol.geometry import Array, Pose2
 from protocol.messages import FREE, OCCUPIED, UNKNOWN, MapUpdate, Region
 from tests.unit.mapserver.worlds import BODY_RADIUS_M, Motion, local_map, rectangle, region_of, smear_of

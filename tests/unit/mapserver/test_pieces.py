@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import shapely
 
-from mapserver.mapping.pieces import PIECE_GAP_M, wholes
-from mapserver.mapping.prism import Footprint
-from mapserver.mapping.thing import Thing
+from mapserver.mapping.footprints.prism import Footprint
+from mapserver.mapping.things.pieces import PIECE_GAP_M, wholes
+from mapserver.mapping.things.thing import Thing
 
 
 def piece(number: int, x_m: float, height_m: float = 0.1, length_m: float = 0.1, observations: int = 10) -> Thing:

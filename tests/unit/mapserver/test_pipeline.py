@@ -10,7 +10,7 @@ import shapely
 
 from mapserver.batching import Batch
 from mapserver.export import PIXELS, grid_picture
-from mapserver.mapping.grid import CELL_M
+from mapserver.mapping.floor.grid import CELL_M
 from mapserver.pipeline import MapPipeline, Merged
 from protocol.geometry import Pose2
 from protocol.messages import UNKNOWN, LocalMap, MapUpdate

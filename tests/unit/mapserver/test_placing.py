@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from mapserver.mapping.belief import Belief
-from mapserver.mapping.odometry import MOST_LINKS, Chain
-from mapserver.mapping.pose_graph import PoseGraph
-from mapserver.mapping.track import Start
+from mapserver.mapping.poses.odometry import MOST_LINKS, Chain
+from mapserver.mapping.poses.pose_graph import PoseGraph
+from mapserver.mapping.poses.track import Start
 from protocol.geometry import Pose2
 from tests.unit.mapserver.worlds import STEP_NS, local_map, sighting_of
 

@@ -7,11 +7,11 @@ import math
 import numpy as np
 import pytest
 
-from mapserver.mapping.association import associate
 from mapserver.mapping.belief import Belief
-from mapserver.mapping.pose_graph import PoseGraph
-from mapserver.mapping.sighting_noise import SightingLedger, added_information, model_error
-from mapserver.mapping.track import Start
+from mapserver.mapping.poses.association import associate
+from mapserver.mapping.poses.pose_graph import PoseGraph
+from mapserver.mapping.poses.sighting_noise import SightingLedger, added_information, model_error
+from mapserver.mapping.poses.track import Start
 from protocol.geometry import Pose2
 from protocol.messages import Identity, LocalMap, Sighting
 from tests.unit.mapserver.worlds import MOTION_SIGMA, STEP_NS, Swarm, local_map, sighting_of

@@ -10,8 +10,8 @@ import pytest
 import shapely
 from numpy.typing import NDArray
 
-from mapserver.mapping.prism import Ground, footprint
-from mapserver.mapping.silhouette import SeenHeight, Silhouette, height_of, silhouettes_of
+from mapserver.mapping.footprints.prism import Ground, footprint
+from mapserver.mapping.views.silhouette import SeenHeight, Silhouette, height_of, silhouettes_of
 from protocol.geometry import Array, Pose2
 from tests.unit.mapserver.worlds import CAMERA_HEIGHT_M, rectangle, smear_of
 

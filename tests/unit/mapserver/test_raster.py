@@ -7,7 +7,7 @@ import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mapserver.mapping.raster import corners_of, fill
+from mapserver.mapping.floor.raster import corners_of, fill
 
 CELLS = st.integers(-600, 1000).map(lambda tenths: tenths / 10.0)
 SIDE = 40

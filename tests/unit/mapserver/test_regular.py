@@ -10,9 +10,9 @@ import pytest
 import shapely
 from numpy.typing import NDArray
 
-from mapserver.mapping.prism import Footprint, Ground, footprint
-from mapserver.mapping.regular import regular
-from mapserver.mapping.silhouette import Silhouette
+from mapserver.mapping.footprints.prism import Footprint, Ground, footprint
+from mapserver.mapping.footprints.regular import regular
+from mapserver.mapping.views.silhouette import Silhouette
 from protocol.geometry import Array, Pose2
 from tests.unit.mapserver.worlds import CAMERA_HEIGHT_M, rectangle, smear_of
 

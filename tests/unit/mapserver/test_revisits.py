@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 
-from mapserver.mapping.pose_graph import PoseGraph
-from mapserver.mapping.track import Start
+from mapserver.mapping.poses.pose_graph import PoseGraph
+from mapserver.mapping.poses.track import Start
 from protocol.fields import covariance_tuple, pose_tuple
 from protocol.geometry import Pose2
 from protocol.messages import LocalMap, Revisit

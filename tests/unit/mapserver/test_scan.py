@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from mapserver.mapping.bodies import Body
-from mapserver.mapping.scan import Rough, Scan, Standing, scan_of
+from mapserver.mapping.poses.scan import Rough, Scan, Standing, scan_of
 from protocol.geometry import Array, Pose2
 from tests.unit.mapserver.worlds import Motion, local_map, rectangle, region_of, smear_of
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mapserver.mapping.scan import Scan, scan_of
-from mapserver.mapping.scan_match import Match, certain_match, own_covariance
+from mapserver.mapping.poses.scan import Scan, scan_of
+from mapserver.mapping.poses.scan_match import Match, certain_match, own_covariance
 from protocol.geometry import Array, Pose2
 from tests.unit.mapserver.test_scan import HEIGHT_M, mapped
 from tests.unit.mapserver.worlds import local_map, rectangle, region_of, smear_of

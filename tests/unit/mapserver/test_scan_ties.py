@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from mapserver.mapping.belief import Belief
-from mapserver.mapping.pose_graph import Extent, PoseGraph
-from mapserver.mapping.scan import Standing
-from mapserver.mapping.scan_ties import MOST_REFERENCES, ScanTies
-from mapserver.mapping.solver import Solver
-from mapserver.mapping.track import Start
+from mapserver.mapping.poses.pose_graph import Extent, PoseGraph
+from mapserver.mapping.poses.scan import Standing
+from mapserver.mapping.poses.scan_ties import MOST_REFERENCES, ScanTies
+from mapserver.mapping.poses.solver import Solver
+from mapserver.mapping.poses.track import Start
 from mapserver.pipeline import MapPipeline
 from protocol.fields import covariance_tuple
 from protocol.geometry import Array, Pose2

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import shapely
 
-from mapserver.mapping.stretches import stretches_of
+from mapserver.mapping.views.stretches import stretches_of
 
 EYE = np.array([0.0, 0.0])
 CORNER = shapely.Polygon([(-1.0, 1.0), (1.0, 1.0), (1.0, -1.0), (1.4, -1.0), (1.4, 1.4), (-1.0, 1.4)])  # of two walls, seen from inside

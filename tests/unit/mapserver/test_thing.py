@@ -7,9 +7,9 @@ import pytest
 import shapely
 from numpy.typing import NDArray
 
-from mapserver.mapping.prism import Footprint
-from mapserver.mapping.silhouette import SeenHeight, Silhouette
-from mapserver.mapping.thing import MOST_HEIGHTS, REFIT_NS, SHOWN_BELIEF, SURE_BELIEF, Thing
+from mapserver.mapping.footprints.prism import Footprint
+from mapserver.mapping.things.thing import MOST_HEIGHTS, REFIT_NS, SHOWN_BELIEF, SURE_BELIEF, Thing
+from mapserver.mapping.views.silhouette import SeenHeight, Silhouette
 from protocol.geometry import Array, Pose2
 from tests.unit.mapserver.worlds import CAMERA_HEIGHT_M, rectangle, smear_of
 

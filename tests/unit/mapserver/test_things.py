@@ -11,9 +11,9 @@ import shapely
 
 from mapserver.mapping.belief import Belief
 from mapserver.mapping.bodies import Body
-from mapserver.mapping.overlay import Overlay
-from mapserver.mapping.thing import MOST_HEIGHTS
-from mapserver.mapping.things import GUESS_NS, MOST_THINGS, ThingTracker
+from mapserver.mapping.floor.overlay import Overlay
+from mapserver.mapping.things.thing import MOST_HEIGHTS
+from mapserver.mapping.things.tracker import GUESS_NS, MOST_THINGS, ThingTracker
 from protocol.geometry import Array, Pose2
 from protocol.messages import LocalMap, MapObject, Region
 from tests.unit.mapserver.worlds import BODY_RADIUS_M, STEP_NS, Motion, local_map, rectangle, region_of, smear_of

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from mapserver.mapping.view import TOUCHED_WEIGHT, View, lay
+from mapserver.mapping.views.view import TOUCHED_WEIGHT, View, lay
 from protocol.geometry import Pose2
 from tests.unit.mapserver.worlds import local_map, rectangle, region_of
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from mapserver.batching import Batch
 from mapserver.config import RobotSettings
-from mapserver.mapping.track import Start
+from mapserver.mapping.poses.track import Start
 from protocol.fields import Packed, covariance_tuple, pose_tuple
 from protocol.geometry import Array, Pose2
 from protocol.messages import Identity, LocalMap, Region, Sighting

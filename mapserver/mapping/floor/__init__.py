@@ -1,0 +1,1 @@
+"""The grid of what was seen of the floor by everybody."""

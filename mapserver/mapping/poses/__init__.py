@@ -1,0 +1,1 @@
+"""Where the robots are: the pose graph, and what ties the paths in it together."""

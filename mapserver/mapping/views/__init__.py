@@ -1,0 +1,1 @@
+"""What one local map shows, laid into the arena."""
