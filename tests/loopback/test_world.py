@@ -258,7 +258,10 @@ def test_a_signal_ends_the_world_at_once_and_it_still_accounts_for_itself(tmp_pa
 @pytest.mark.parametrize(
     ("options", "says"),
     [
-        (("--scenario", "nowhere.toml"), "world: nowhere.toml: cannot be read: No such file or directory\n"),
+        (
+            ("--scenario", "nowhere.toml"),
+            "world: nowhere.toml: no such scenario; give a file, or one of those that are ready: empty, gate, passer_by\n",
+        ),
         (("--seed", "1", "--robots", "13"), "world: a random arena has room for 1 to 12 robots, not 13\n"),
         (("--seed", "1", "--clock", "real", "--pace", "max"), "--clock real needs a finite --pace\n"),
         (("--seed", "1", "--clock", "wall", "--pace", "2"), "--clock wall has the pace of the wall clock: leave --pace away\n"),
