@@ -313,3 +313,13 @@ def test_one_picture_that_misses_a_thing_frees_no_floor_under_it() -> None:
         (rough,) = world.tracker.rough()
         (missed,) = world.tracker.observe(local_map("r1", 99, floor_range_m=2.0), eye, [])
         assert shapely.Polygon(missed).equals(shapely.Polygon(rough.corners_m))
+
+
+def test_the_map_shows_all_of_a_cylinder_that_was_seen_from_one_side_and_the_next_step_goes_by_what_was_seen() -> None:
+    turns = np.linspace(0.0, 2.0 * math.pi, 40, endpoint=False)
+    cylinder = 0.08 * np.stack([np.cos(turns), np.sin(turns)], axis=-1)
+    world = World()
+    world.see([Pose2(-0.7, y_m, 0.0) for y_m in (-0.3, -0.2, -0.1, 0.0, 0.1, 0.2, 0.3)], cylinder)
+    (item,), (rough,) = world.objects(), world.tracker.rough()
+    assert iou(item, cylinder) > 0.95
+    assert iou(item, rough.corners_m) < 0.95
