@@ -25,6 +25,7 @@ DIRECTION_BINS, VIEWS_PER_BIN = 18, 3  # views kept: the best from each side
 CLEARLY_BETTER = 1.1  # by so much more weight
 MOST_HEIGHTS = 150  # the best resolved count
 REFIT_NS = 190_000_000  # between two fits of what is in the map
+COMPLETE_NS = 900_000_000  # between two fits of its circle or rectangle, which only people look at
 LEAST_HEIGHT_M = 0.01  # what is told to be lower is a stain, a shadow or a sheet of paper, and robots drive over it
 HEIGHT_STEP_M = 0.002  # a height that changes by less leaves the footprint as it is
 LEAST_TOLD_SHARE, ENOUGH_TOLD = 0.2, 5  # of a thing's views tell its height, or so many do: what does so more seldom is a mixture ...
@@ -71,6 +72,7 @@ class Thing:
     base_m: Array = field(default_factory=lambda: np.empty((0, 2)))  # (n, 2) centres of the cells with its base line [arena]
     fitted_base_m: Array = field(default_factory=lambda: np.empty((0, 2)))  # (n, 2) the base line that the shape was fitted to [arena]
     fitted_ns: int = 0  # stamp of the newest view by then
+    completed_ns: int = 0  # ... and when a circle or rectangle was last fitted
     is_stale: bool = False  # there are better views than those that the shape was fitted to, or another base line
     is_misfit: bool = False  # its views show it too short for its height, or it stands beside its base line
 
@@ -134,9 +136,16 @@ class Thing:
         """Fit the footprint to the views and to the floor that is known by now to be bare."""
         ground = Ground(is_bare, self.base_m)
         self.shape = footprint(self.views, self.height_m, ground) or self.shape
-        self.regular = None if self.height_m is None else regular(self.shape, self.views, self.height_m, ground)
+        if self.seen_ns - self.completed_ns >= COMPLETE_NS:
+            self.complete(is_bare)
         self.fitted_base_m, self.fitted_ns = self.base_m, self.seen_ns
         self.is_misfit, self.is_stale = self._is_misfit(), False
+
+    def complete(self, is_bare: IsBare) -> None:
+        """Fit a circle or a rectangle to what the shape was fitted to."""
+        ground = Ground(is_bare, self.base_m)
+        self.regular = None if self.height_m is None else regular(self.shape, self.views, self.height_m, ground)
+        self.completed_ns = self.seen_ns
 
     def _is_misfit(self) -> bool:
         """Tell whether the thing stands beside its base line, or most views, each the best from its side, show it too short for its height.

@@ -135,6 +135,8 @@ class ThingTracker:
         for thing in self._things:
             if thing.is_due() or thing is in_turn:
                 thing.fit(self._floor.is_bare)
+        if in_turn is not None:
+            in_turn.complete(self._floor.is_bare)
 
     def objects(self, beliefs: Mapping[str, Belief]) -> tuple[MapObject, ...]:
         """Return the things that are believed in, pieces put together, with the robots' last `beliefs` for their uncertainty."""
