@@ -16,7 +16,7 @@ from agent.drivers.camera import Camera
 from agent.drivers.open_camera import open_camera
 from agent.rig import Calibration
 from agent.vision.brightness import LEAST_LEVEL, brightness
-from agent.vision.liveness import DARK_LEVEL
+from agent.vision.liveness import DARK, is_dark
 from agent.vision.sharpness import BLURRED, sharpness
 from protocol.news import News
 from protocol.stage_clock import StageClock
@@ -90,8 +90,8 @@ def _delivery(pictures: list[Picture], cause: str, remedy: str) -> Finding:
 def _exposure(picture: Picture) -> Finding:
     bright, white = brightness(picture), float(np.mean(picture.min(axis=2) >= _WHITE))
     seen = f"the brightest parts have level {bright:.0f} of 255"
-    if bright < DARK_LEVEL:
-        return bad("exposure", seen, "black pictures", "take the cap off the lens, or give light")
+    if is_dark(picture):
+        return bad("exposure", seen, *_parted(REMEDIES[DARK]))
     if bright < LEAST_LEVEL:
         return bad("exposure", seen, "too dark to tell floor from noise", "more light, or a longer exposure_s and more gain")
     if white > MOST_WHITE_SHARE:

@@ -16,6 +16,11 @@ TURNED_RAD = 0.1  # the wheels turned by so much (3 mm of way) show in every pic
 _STRIDE = 4  # every fourth row and column tell as much as all
 
 
+def is_dark(picture: NDArray[np.uint8]) -> bool:
+    """Tell whether a picture, (rows, cols, 3), is black."""
+    return bool(np.mean(picture > DARK_LEVEL) < BRIGHT_SHARE)
+
+
 class Liveness:
     """Judges the pictures of one camera, one after the other."""
 
@@ -35,6 +40,6 @@ class Liveness:
             self._shown, self._angles_rad, self._frozen = shown.copy(), angles_rad, False
         elif np.abs(angles_rad - self._angles_rad).max() > TURNED_RAD:
             self._frozen = True
-        if np.mean(shown > DARK_LEVEL) < BRIGHT_SHARE:
+        if is_dark(shown):
             return DARK
         return FROZEN if self._frozen else ""
