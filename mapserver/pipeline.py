@@ -83,7 +83,8 @@ class MapPipeline:
         with self._clock.stage("objects"):
             self._things.clear(bodies)
             self._things.fit()
-            self._objects, self._rough = self._things.objects(self._graph.last_beliefs()), self._things.rough()
+            shown, last_beliefs = self._things.shown(), self._graph.last_beliefs()
+            self._objects, self._rough = tuple(thing.as_object(last_beliefs) for thing in shown), [thing.rough() for thing in shown]
         with self._clock.stage("overlay"):
             self._overlay.clear(bodies)
             tiles = self._overlay.take_changes([thing.corners_m for thing in self._rough])

@@ -15,6 +15,7 @@ from mapserver.mapping.belief import Belief
 from mapserver.mapping.footprints.base_line import LEAST_BASE_CELLS, lies_beside, reaches_as_far
 from mapserver.mapping.footprints.prism import Footprint, Ground, IsBare, footprint, whole_views
 from mapserver.mapping.footprints.regular import regular
+from mapserver.mapping.poses.scan import Rough
 from mapserver.mapping.views.silhouette import SeenHeight, Silhouette, height_of
 from mapserver.mapping.views.view import View
 from protocol.fields import Packed
@@ -132,20 +133,15 @@ class Thing:
         self.is_stale = self.is_stale or not reaches_as_far(base_m, self.fitted_base_m)
         self.base_m = base_m
 
-    def fit(self, is_bare: IsBare) -> None:
-        """Fit the footprint to the views and to the floor that is known by now to be bare."""
+    def fit(self, is_bare: IsBare, *, in_turn: bool = False) -> None:
+        """Fit the footprint to the views and to the floor that is known by now to be bare; a circle or a rectangle now and then."""
         ground = Ground(is_bare, self.base_m)
         self.shape = footprint(self.views, self.height_m, ground) or self.shape
-        if self.seen_ns - self.completed_ns >= COMPLETE_NS:
-            self.complete(is_bare)
+        if in_turn or self.seen_ns - self.completed_ns >= COMPLETE_NS:
+            self.regular = None if self.height_m is None else regular(self.shape, self.views, self.height_m, ground)
+            self.completed_ns = self.seen_ns
         self.fitted_base_m, self.fitted_ns = self.base_m, self.seen_ns
         self.is_misfit, self.is_stale = self._is_misfit(), False
-
-    def complete(self, is_bare: IsBare) -> None:
-        """Fit a circle or a rectangle to what the shape was fitted to."""
-        ground = Ground(is_bare, self.base_m)
-        self.regular = None if self.height_m is None else regular(self.shape, self.views, self.height_m, ground)
-        self.completed_ns = self.seen_ns
 
     def _is_misfit(self) -> bool:
         """Tell whether the thing stands beside its base line, or most views, each the best from its side, show it too short for its height.
@@ -168,6 +164,10 @@ class Thing:
         self.anchor_m = self.anchor_m if self.seen_ns >= other.seen_ns else other.anchor_m
         self.seen_ns = max(self.seen_ns, other.seen_ns)
         self.add(other.views, other.heights)
+
+    def rough(self) -> Rough:
+        """Return the rough footprint: a circle or a rectangle is what the map shows, no evidence."""
+        return Rough(shapely.get_coordinates(self.shape.base)[:-1], self.height_m or 0.0)
 
     def as_object(self, beliefs: Mapping[str, Belief]) -> MapObject:
         """Return the thing as it goes on the wire, with the robots' last `beliefs` for its uncertainty."""

@@ -9,24 +9,22 @@ from __future__ import annotations
 
 import heapq
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Protocol
 
 import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from mapserver.mapping.belief import Belief
 from mapserver.mapping.bodies import Body
 from mapserver.mapping.floor.clusters import Clusters
 from mapserver.mapping.footprints.prism import footprint
-from mapserver.mapping.poses.scan import Rough
 from mapserver.mapping.things.pieces import wholes
 from mapserver.mapping.things.thing import Thing
 from mapserver.mapping.views.silhouette import Silhouette, silhouettes_of
 from mapserver.mapping.views.view import StandingRegion, View, lay, metres_per_rad
 from protocol.geometry import Array, Pose2
-from protocol.messages import LocalMap, MapObject
+from protocol.messages import LocalMap
 
 MATCH_M, MATCH_RAD = 0.06, 0.01  # a region whose base line begins so near to a thing shows it; the angle is a few pixels
 MISSED_SHARE = 0.08  # of a thing's silhouette: where regions cover less of it, it is missed
@@ -53,7 +51,7 @@ class KnownFloor(Protocol):
 
 
 class ThingTracker:
-    """Holds all things; `observe` local maps, `clear` where robots stand, `fit`, then read the map's objects."""
+    """Holds all things; `observe` local maps, `clear` where robots stand, `fit`, then read what is `shown`."""
 
     def __init__(self, floor: KnownFloor) -> None:
         """Start with nothing; `floor` is asked for what is known when it is asked."""
@@ -134,18 +132,11 @@ class ThingTracker:
         in_turn = self._next_in_turn()
         for thing in self._things:
             if thing.is_due() or thing is in_turn:
-                thing.fit(self._floor.is_bare)
-        if in_turn is not None:
-            in_turn.complete(self._floor.is_bare)
+                thing.fit(self._floor.is_bare, in_turn=thing is in_turn)
 
-    def objects(self, beliefs: Mapping[str, Belief]) -> tuple[MapObject, ...]:
-        """Return the things that are believed in, pieces put together, with the robots' last `beliefs` for their uncertainty."""
-        return tuple(thing.as_object(beliefs) for thing in wholes([thing for thing in self._things if thing.is_shown()]))
-
-    def rough(self) -> list[Rough]:
-        """Return the rough footprints of the things that are believed in: a circle or a rectangle is what the map shows, no evidence."""
-        shown = wholes([thing for thing in self._things if thing.is_shown()])
-        return [Rough(shapely.get_coordinates(thing.shape.base)[:-1], thing.height_m or 0.0) for thing in shown]
+    def shown(self) -> list[Thing]:
+        """Return the things that are believed in, pieces put together."""
+        return wholes([thing for thing in self._things if thing.is_shown()])
 
     def _on_clusters(self, clusters: Clusters) -> dict[int, Thing]:
         """Return the thing on each cluster in sight that has one; things on one cluster are joined."""

@@ -56,7 +56,7 @@ class World:
 
     def objects(self) -> tuple[MapObject, ...]:
         self.tracker.fit()
-        return self.tracker.objects(BELIEFS)
+        return tuple(thing.as_object(BELIEFS) for thing in self.tracker.shown())
 
     def _map(self, robot: str, regions: Sequence[Region], range_m: float) -> LocalMap:
         self._seq += 1
@@ -269,8 +269,8 @@ def test_the_centre_is_as_uncertain_as_the_best_observer_and_as_views_disagree()
     world = World()
     world.see(ROUND_THE_BOX, BOX, robot="r1")
     lost = Belief(Pose2.identity(), np.eye(3) * 1e-2)
-    (sure,) = world.tracker.objects({"r1": CERTAIN, "r2": lost})
-    (unsure,) = world.tracker.objects({"r1": lost, "r2": CERTAIN})
+    (thing,) = world.tracker.shown()
+    sure, unsure = thing.as_object({"r1": CERTAIN, "r2": lost}), thing.as_object({"r1": lost, "r2": CERTAIN})
     assert unsure.centre_covariance[0] > sure.centre_covariance[0] + 0.009
     assert 0.003 < math.sqrt(sure.centre_covariance[0]) < 0.02
 
@@ -310,9 +310,9 @@ def test_one_picture_that_misses_a_thing_frees_no_floor_under_it() -> None:
     world.see(ROUND_THE_BOX, BOX)
     for eye in ROUND_THE_BOX[:2]:
         world.tracker.fit()
-        (rough,) = world.tracker.rough()
+        (thing,) = world.tracker.shown()
         (missed,) = world.tracker.observe(local_map("r1", 99, floor_range_m=2.0), eye, [])
-        assert shapely.Polygon(missed).equals(shapely.Polygon(rough.corners_m))
+        assert shapely.Polygon(missed).equals(shapely.Polygon(thing.rough().corners_m))
 
 
 def test_the_map_shows_all_of_a_cylinder_that_was_seen_from_one_side_and_the_next_step_goes_by_what_was_seen() -> None:
@@ -320,6 +320,6 @@ def test_the_map_shows_all_of_a_cylinder_that_was_seen_from_one_side_and_the_nex
     cylinder = 0.08 * np.stack([np.cos(turns), np.sin(turns)], axis=-1)
     world = World()
     world.see([Pose2(-0.7, y_m, 0.0) for y_m in (-0.3, -0.2, -0.1, 0.0, 0.1, 0.2, 0.3)], cylinder)
-    (item,), (rough,) = world.objects(), world.tracker.rough()
+    (item,), (thing,) = world.objects(), world.tracker.shown()
     assert iou(item, cylinder) > 0.95
-    assert iou(item, rough.corners_m) < 0.95
+    assert iou(item, thing.rough().corners_m) < 0.95
