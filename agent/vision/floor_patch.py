@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from agent.vision.floor_projection import FloorProjection
 from agent.vision.floor_view import FloorView, Picture
+from agent.vision.remap_table import RemapTable
 from protocol.geometry import Array
 
 Field = NDArray[np.float32]
@@ -38,14 +39,14 @@ class FloorPatch:
         self.half_cells = half
         self.points_m = np.stack([x, y], axis=-1)  # (size, size, 2) [body]
         range_m = np.hypot(x, y)
-        pixels = np.nan_to_num(projection.pixels_from_floor(self.points_m.reshape(-1, 2)), nan=-1e3).reshape(*x.shape, 2)
-        self._map = _remap_table(pixels)
-        self._view_map = _remap_table(view.view_pixels(pixels))
+        pixels = projection.pixels_from_floor(self.points_m.reshape(-1, 2)).reshape(*x.shape, 2)
+        self._table = RemapTable(pixels)
+        self._view_table = RemapTable(view.view_pixels(pixels), nearest=True)
         self._ring = (range_m > view.body_range_m) & (range_m < self.reach_m - 2.0 * self.cell_m)
 
     def sample(self, grey: Picture) -> Picture:
         """Return the floor from above, (size, size), from a grey camera picture."""
-        return np.asarray(cv2.remap(grey, self._map[0], self._map[1], cv2.INTER_LINEAR), dtype=np.uint8)
+        return self._table.sample(grey)
 
     def texture(self, floor: Picture) -> Field:
         """Return the fine texture, (size, size), of the floor from above: band-passed, with even contrast of about one."""
@@ -57,17 +58,10 @@ class FloorPatch:
 
     def bare(self, not_floor: NDArray[np.uint8], margin_m: float) -> NDArray[np.bool_]:
         """Return which cells, (size, size), show bare floor at least `margin_m` away from anything in the mask of the view."""
-        seen = cv2.remap(not_floor, self._view_map[0], self._view_map[1], cv2.INTER_NEAREST)
+        seen = self._view_table.sample(not_floor)
         width = 2 * round(margin_m / self.cell_m) + 1
         return np.asarray((cv2.dilate(seen, np.ones((width, width), np.uint8)) == 0) & self._ring)
 
     def cells(self, points_m: Array) -> Array:
         """Map floor points, shape (..., 2) [m; body], to row and column of a sampled patch, fractional."""
         return points_m / self.cell_m + self.half_cells
-
-
-def _remap_table(pixels: Array) -> tuple[NDArray[np.int16], NDArray[np.uint16]]:
-    """Return the tables that `cv2.remap` reads fastest, for pixels (rows, cols, 2) u, v to be sampled."""
-    across, down = np.ascontiguousarray(pixels[..., 0], np.float32), np.ascontiguousarray(pixels[..., 1], np.float32)
-    whole, fraction = cv2.convertMaps(across, down, cv2.CV_16SC2)
-    return np.asarray(whole, np.int16), np.asarray(fraction, np.uint16)

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from agent.vision.floor_projection import FloorProjection
 from agent.vision.floor_view import Picture
+from agent.vision.remap_table import RemapTable
 from agent.vision.robot_fit import BASE_POINTS, SIDE_POINTS, silhouettes
 from protocol.geometry import Array
 
@@ -23,11 +24,9 @@ ACROSS_M = 5e-3  # from a point of the silhouette to where in and out are compar
 CLIPPED = 24.0  # grey levels; beyond this a difference counts no more
 LIKELY = 0.9  # of 1.5 at most; patterns, boxes and cylinders of other sizes come to about as much
 MOST = 4  # places that are told of a sector: what was tried in vain there must not keep the rest from their turn
-_BASE, _LEFT, _RIGHT = (
-    slice(0, BASE_POINTS // 2),
-    slice(BASE_POINTS // 2, (BASE_POINTS + SIDE_POINTS) // 2),
-    slice((BASE_POINTS + SIDE_POINTS) // 2, BASE_POINTS // 2 + SIDE_POINTS),
-)
+_COUNTS = np.array([BASE_POINTS, SIDE_POINTS, SIDE_POINTS]) // 2  # of every other point of base, left and right side
+# What each point counts in the mean contrast of its part, (points, 3).
+_SHARES = (np.repeat(np.eye(3), _COUNTS, axis=0) / (CLIPPED * _COUNTS)).astype(np.float32)
 
 
 class RobotScan:
@@ -38,7 +37,7 @@ class RobotScan:
         eye_m = projection.body_from_camera[:2, 3]
         polar = _places(projection.camera_height_m, radius_m)
         self._polar = [polar[_sector(polar[:, 1]) == number] for number in range(SECTORS)]
-        self._pixels = [_across(projection, eye_m, each, radius_m, height_m) for each in self._polar]
+        self._tables = [_across(projection, eye_m, each, radius_m, height_m) for each in self._polar]
 
     def bases(self, grey: Picture, turn: int) -> Array:
         """Return where in one sector robots are likely to stand, (n, 2) range and bearing from the camera [m, rad], the likeliest first.
@@ -46,12 +45,11 @@ class RobotScan:
         Every `turn` is another sector's.
         """
         number = turn % SECTORS
-        polar, (columns, rows) = self._polar[number], self._pixels[number]
-        outer, inner = np.split(cv2.remap(grey, columns, rows, cv2.INTER_NEAREST).astype(np.float32), 2)
-        contrast = np.minimum(np.abs(outer - inner), CLIPPED) / CLIPPED
-        base, left, right = (contrast[:, part].mean(axis=1) for part in (_BASE, _LEFT, _RIGHT))
+        outer, inner = np.split(self._tables[number].sample(grey), 2)
+        contrast = np.minimum(cv2.absdiff(outer, inner), CLIPPED).astype(np.float32)
+        base, left, right = (contrast @ _SHARES).T
         scores = np.minimum(base, np.maximum(left, right)) + 0.5 * np.minimum(left, right)
-        return np.asarray(polar[_best(scores, polar, self._radius_m)])
+        return _best(scores, self._polar[number], self._radius_m)
 
 
 def _places(height_m: float, radius_m: float) -> Array:
@@ -69,28 +67,25 @@ def _sector(bearing_rad: Array) -> NDArray[np.intp]:
     return np.floor((bearing_rad + np.pi) * (SECTORS / (2.0 * np.pi))).astype(np.intp) % SECTORS
 
 
-def _across(
-    projection: FloorProjection, eye_m: Array, polar: Array, radius_m: float, height_m: float
-) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-    """Return columns and rows of the pixels on both sides of every other point of base and upright sides, each (2 n, points)."""
+def _across(projection: FloorProjection, eye_m: Array, polar: Array, radius_m: float, height_m: float) -> RemapTable:
+    """Return the pixels on both sides of every other point of base and upright sides, (2 n, points), outside those of all places first."""
     range_m, bearing_rad = polar.T
     centres = eye_m + range_m[:, None] * np.stack([np.cos(bearing_rad), np.sin(bearing_rad)], axis=-1)
     shapes = silhouettes(centres, eye_m, radius_m, height_m)
     every = slice(0, BASE_POINTS + 2 * SIDE_POINTS, 2)
     points, normals = shapes.points[:, every], shapes.normals[:, every]
     ends = np.concatenate([points + ACROSS_M * normals, points - ACROSS_M * normals])
-    pixels = np.nan_to_num(projection.pixels_from_points(ends.reshape(-1, 3)), nan=-1e3).astype(np.float32).reshape(*ends.shape[:2], 2)
-    return np.ascontiguousarray(pixels[..., 0]), np.ascontiguousarray(pixels[..., 1])
+    return RemapTable(projection.pixels_from_points(ends.reshape(-1, 3)).reshape(*ends.shape[:2], 2), nearest=True)
 
 
-def _best(scores: Array, polar: Array, radius_m: float) -> list[int]:
-    """Return the rows of the likeliest places, none of which stands inside another."""
-    (range_m, bearing_rad), left = polar.T, scores > LIKELY
-    best: list[int] = []
-    while left.any() and len(best) < MOST:
-        likeliest = int(np.argmax(np.where(left, scores, -np.inf)))
-        best.append(likeliest)
-        towards = bearing_rad - bearing_rad[likeliest]
-        apart = np.hypot(range_m * np.cos(towards) - range_m[likeliest], range_m * np.sin(towards))
-        left &= apart > 2.0 * radius_m
-    return best
+def _best(scores: Array, polar: Array, radius_m: float) -> Array:
+    """Return the likeliest places, (n, 2) range and bearing, none of which stands inside another."""
+    likely = scores > LIKELY
+    left = polar[likely][np.argsort(-scores[likely], kind="stable")]
+    best: list[Array] = []
+    while len(left) and len(best) < MOST:
+        best.append(left[0])
+        range_m, towards = left[:, 0], left[:, 1] - left[0, 1]
+        apart_m = np.hypot(range_m * np.cos(towards) - left[0, 0], range_m * np.sin(towards))
+        left = left[apart_m > 2.0 * radius_m]
+    return np.array(best).reshape(-1, 2)

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from agent.vision.floor_projection import FloorProjection
+from agent.vision.remap_table import RemapTable
 from protocol.geometry import Array
 
 Picture = NDArray[np.uint8]
@@ -60,22 +61,22 @@ class UprightView:
         nodes_rad: Array = NEAREST_RAD + ROWS_PER_BAND * ROW_RAD * np.arange(bands + 1, dtype=np.float64)
         rays = bearing_rays(nodes_rad, np.linspace(0.0, 2.0 * np.pi, NODES + 1))
         pixels = projection.lens.project(rays @ projection.body_from_camera[:3, :3]).astype(np.float32)
-        finer = cv2.resize(pixels, None, fx=COLUMNS // NODES, fy=ROWS_PER_BAND, interpolation=cv2.INTER_LINEAR)
+        finer = np.asarray(cv2.resize(pixels, None, fx=COLUMNS // NODES, fy=ROWS_PER_BAND, interpolation=cv2.INTER_LINEAR), np.float32)
         # Where cv2.resize puts the first node: on a row, since their number between nodes is odd, and half a column before one.
         top, left = ROWS_PER_BAND // 2, COLUMNS // NODES // 2
         finer = finer[top : top + bands * ROWS_PER_BAND, left : left + COLUMNS]
-        self._u_px, self._v_px = (np.nan_to_num(part, nan=-1.0) for part in cv2.split(finer))
+        self._table = RemapTable(finer)
         self._first_rad = 0.5 * COLUMN_RAD
         self._bands = bands
         self.angles_rad: Array = nodes_rad[:-1] + top * ROW_RAD  # of the bands' middles
         self._cotangents = 1.0 / np.tan(self.angles_rad)
-        rows_px = self._v_px[top::ROWS_PER_BAND].astype(np.float64)
+        rows_px = np.nan_to_num(finer[top::ROWS_PER_BAND, :, 1], nan=-1.0).astype(np.float64)
         self._late_s = (rows_px - 0.5 * (height_px - 1)) / height_px * readout_s
 
     def edges(self, grey: Picture, turn_rad_s: float) -> UprightEdges:
         """Return the upright edges of a camera picture, (rows, cols) grey, that was taken while the body turned."""
-        around = cv2.remap(grey, self._u_px, self._v_px, cv2.INTER_LINEAR)
-        bands = cv2.resize(around.astype(np.float32), (COLUMNS, self._bands), interpolation=cv2.INTER_AREA)
+        around = self._table.sample(grey).astype(np.float32)
+        bands = cv2.resize(around, (COLUMNS, self._bands), interpolation=cv2.INTER_AREA)
         points = _linked(*_places(np.asarray(bands, np.float32)))
         late_s = self._late_s[points.band, np.rint(points.column).astype(int) % COLUMNS]
         return self._fitted(points, COLUMN_RAD * points.column + self._first_rad + turn_rad_s * late_s)
@@ -112,10 +113,11 @@ def _places(bands: Field) -> tuple[NDArray[np.intp], NDArray[np.bool_], Array]:
     around = np.hstack([bands[:, -PAD:], bands, bands[:, :PAD]])
     smooth = cv2.filter2D(around, cv2.CV_32F, SLOPE)[:, PAD:-PAD]
     steep = np.abs(smooth)
-    before, after = np.roll(steep, 1, axis=1), np.roll(steep, -1, axis=1)
     least = max(STEEP_SHARE * float(np.median(steep[:, ::STRIDE])), LEAST_STEP)
-    band, column = np.nonzero((steep > least) & (steep >= before) & (steep > after))
-    at, left, right = steep[band, column], before[band, column], after[band, column]
+    band, column = np.nonzero(steep > least)
+    left, at, right = (steep[band, (column + step) % COLUMNS] for step in (-1, 0, 1))
+    peak = (at >= left) & (at > right)
+    band, column, left, at, right = (values[peak] for values in (band, column, left, at, right))
     return band, smooth[band, column] > 0.0, column + 0.5 * (left - right) / np.minimum(left - 2.0 * at + right, -1e-6)
 
 
