@@ -30,7 +30,9 @@ from agent.vision.levels import Levels
 from agent.vision.motion_vectors import no_vectors
 from agent.vision.outlines import Mask, find_borders, open_rings
 from agent.vision.range_profile import range_profile, round_bases, tall_bases
-from agent.vision.robot_outlines import parted_from_robots, shown_share
+from agent.vision.robot_evidence import robot_evidence
+from agent.vision.robot_fit import RobotFit
+from agent.vision.robot_outlines import parted_from_robots
 from agent.vision.robot_scan import RobotScan
 from agent.wheel_history import WheelState
 from protocol.geometry import Array
@@ -109,7 +111,8 @@ class FullMethod:
             bases = round_bases(profile, self._body.body_radius_m, BASE_TOLERANCE_IN_HEIGHTS * self._optics.height_m)
             tall = tall_bases(bases, self._body.body_height_m, borders, self._optics.view, self._optics.projection)
             scan = partial(self._scan.bases, grey)
-            robots = self._watch.look(grey, motion.odom_from_body, tall, scan, self._shown_in(mask))
+            judge = self._judge(grey, mask)
+            robots = self._watch.look(grey, motion.odom_from_body, tall, scan, judge)
         with stage("report"):
             self._show = partial(
                 make_view, stamp_ns, picture, mask, self._optics.view, (borders.edges, labels), (vectors, kept), regions, robots
@@ -174,9 +177,10 @@ class FullMethod:
         reported = local_map(frame, motion, None, self._optics.view.body_range_m, self._optics.height_m)
         return Step(reported, motion_summary(frame, vectors, kept))
 
-    def _shown_in(self, mask: Mask) -> Callable[[Array], float]:
-        """Return how much of a robot at a place is no floor in a mask."""
-        return lambda centre_m: shown_share(mask, centre_m, self._body, self._optics.view, self._optics.projection)
+    def _judge(self, grey: Picture, mask: Mask) -> Callable[[RobotFit], float]:
+        """Return what tells how much speaks for a robot where one was fitted, given the grey picture and the mask of its view."""
+        optics = self._optics
+        return lambda fit: robot_evidence(fit, grey, mask, self._body, optics.view, optics.projection)
 
     def _parted(self, mask: Mask, robots_m: Array) -> Mask:
         """Return the mask of what is not floor with a gap between things, and around the robots expected at (n, 2) [body]."""

@@ -6,6 +6,7 @@ which the whole silhouette of a robot's body was found.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import NamedTuple
@@ -22,12 +23,12 @@ LOST_FRAMES = 10  # a robot that is not found again is looked for where it shoul
 NEW_FRAMES, CHECK_FRAMES = 3, 5  # a robot is looked at from all its likely places in its first frames, and then in every fifth
 CONVINCING_SUPPORT, CONVINCING_MISFIT_PX = 0.75, 0.35  # of a whole silhouette in plain sight; a ring above the base fits its sides worse
 NEARER_M = 0.008  # a fit starts this much nearer than expected: more than a robot's place is wrong by, less than to its next edge
-LEAST_SHOWN = 0.7  # of a robot's near side that is no floor: a pattern on the floor may have a silhouette's edges
+MOST_A_FRAME, SURE = 3.0, 6.0  # evidence that one picture may give, and that a robot gathers; without any it is none
 RING_M = 0.03  # the painted ring above the base appears about this much farther out
 SAME_PLACE_M = 0.06  # under a body's radius: what is tried again there would be the same thing
 SAME_START_M = 0.003  # starts nearer to each other than this end in the same fit
 
-Shown = Callable[[Array], float]
+Judge = Callable[[RobotFit], float]
 Scan = Callable[[int], Array]
 
 
@@ -36,6 +37,7 @@ class _Known:
     place_m: Array  # (2,) [odom]
     velocity_m: Array  # (2,) per frame [odom]
     seen_m: Array  # (2,) [body at that frame]
+    evidence: float  # that it is one
     frames: int = 1  # for how long it has been followed
     missed: int = 0  # for how many frames it was not found
 
@@ -53,7 +55,7 @@ class _Sight(NamedTuple):
 
     grey: Picture
     odom_from_body: Pose2
-    shown: Shown  # tells for a place, (2,) [body], how much of a robot that stands there is no floor
+    judge: Judge  # tells what of a fit speaks for a robot
 
 
 class _Refused:
@@ -90,15 +92,15 @@ class RobotWatch:
         places_m = [known.expected_m() for known in self._known]
         return odom_from_body.inverse().apply(np.array(places_m).reshape(-1, 2))
 
-    def look(self, grey: Picture, odom_from_body: Pose2, bases: Array, scan: Scan, shown: Shown) -> list[RobotFit]:
+    def look(self, grey: Picture, odom_from_body: Pose2, bases: Array, scan: Scan, judge: Judge) -> list[RobotFit]:
         """Return all robots found in a grey camera picture; what might be one is told as range and bearing from the camera, (n, 2).
 
         `bases` are told by the border of what is no floor. `scan` looks for more in the picture itself, elsewhere in every turn: one for
-        each frame, but only when there is time to try what it tells. `shown` tells for a place, (2,) [body], how much of a robot there is
-        no floor.
+        each frame, but only when there is time to try what it tells. `judge` tells what of a fit speaks for a robot, -inf where floor shows
+        through it.
         """
         self._frame += 1
-        sight = _Sight(grey, odom_from_body, shown)
+        sight = _Sight(grey, odom_from_body, judge)
         found = self._follow(sight)
         if tries := self._tries():
             self._try_some(sight, bases, tries, self._by_border, found)
@@ -117,35 +119,45 @@ class RobotWatch:
             if self._taken(centre, found) or refused.holds(place, self._frame):
                 continue
             tries -= 1
-            fit = _if_shown(self._try(sight.grey, float(range_m), float(bearing_rad)), sight.shown)
-            if fit is None or self._taken(fit.centre_m, found):
+            fit = self._try(sight.grey, float(range_m), float(bearing_rad))
+            evidence = _weighed(fit, sight.judge)
+            if fit is None or evidence <= 0.0 or self._taken(fit.centre_m, found):
                 refused.add(place, self._frame)
             else:
                 found.append(fit)
-                self._known.append(_Known(sight.odom_from_body.apply(fit.centre_m), np.zeros(2), fit.centre_m))
+                self._known.append(_Known(sight.odom_from_body.apply(fit.centre_m), np.zeros(2), fit.centre_m, evidence))
 
     def _tries(self) -> int:
         """Return how many new places may be tried in this frame: some while nobody is in view, then one in every other frame."""
         return (self._frame % 2) if any(not known.missed for known in self._known) else TRIES_PER_FRAME
 
     def _follow(self, sight: _Sight) -> list[RobotFit]:
-        """Find again the robots of the last frames; those not found for long are given up."""
-        grey, odom_from_body, shown = sight
+        """Find again the robots of the last frames; those not found for long are given up, and those that turn out to be none."""
+        grey, odom_from_body, judge = sight
         body_from_odom = odom_from_body.inverse()
         found: list[RobotFit] = []
         known: list[_Known] = []
         for last in self._known:
             starts = [last.expected_m(), odom_from_body.apply(last.seen_m), last.place_m]
             fit = self._best(grey, [body_from_odom.apply(start) for start in starts], thorough=last.is_due() and not last.missed)
-            fit = _if_shown(fit, shown)
-            if fit is not None and not self._taken(fit.centre_m, found):
-                place = odom_from_body.apply(fit.centre_m)
-                found.append(fit)
-                known.append(_Known(place, place - last.place_m, fit.centre_m, last.frames + 1))
-            elif fit is None and last.missed < LOST_FRAMES - 1:
-                known.append(replace(last, place_m=last.expected_m(), missed=last.missed + 1))
+            weight = _weighed(fit, judge)
+            if fit is None or weight == -math.inf:
+                if last.missed < LOST_FRAMES - 1:
+                    known.append(replace(last, place_m=last.expected_m(), missed=last.missed + 1))
+            elif not self._taken(fit.centre_m, found):
+                place, evidence = odom_from_body.apply(fit.centre_m), min(last.evidence + weight, SURE)
+                if evidence > 0.0:
+                    found.append(fit)
+                    known.append(_Known(place, place - last.place_m, fit.centre_m, evidence, last.frames + 1))
+                else:
+                    self._refuse(place)
         self._known = known
         return found
+
+    def _refuse(self, place: Array) -> None:
+        """Let a place, (2,) [odom], rest, where what was followed turned out to be no robot."""
+        for refused in (self._by_border, self._by_picture):
+            refused.add(place, self._frame)
 
     def _best(self, grey: Picture, starts_m: list[Array], *, thorough: bool) -> RobotFit | None:
         """Return the first convincing fit, else that whose sides fit best: a robot goes on as before, moves along with us, or has stopped.
@@ -170,9 +182,10 @@ class RobotWatch:
         return None if start is None else self._fitter.fit(grey, start)
 
 
-def _if_shown(fit: RobotFit | None, shown: Shown) -> RobotFit | None:
-    """Return a fit, or None where floor shows through it."""
-    return fit if fit is not None and shown(fit.centre_m) >= LEAST_SHOWN else None
+def _weighed(fit: RobotFit | None, judge: Judge) -> float:
+    """Return what one picture adds to the evidence for a robot; -inf where none was fitted, or floor shows through it."""
+    weight = -math.inf if fit is None else judge(fit)
+    return weight if weight == -math.inf else min(max(weight, -MOST_A_FRAME), MOST_A_FRAME)
 
 
 def _apart(starts_m: list[Array]) -> list[Array]:

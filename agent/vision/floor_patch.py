@@ -41,7 +41,7 @@ class FloorPatch:
         range_m = np.hypot(x, y)
         pixels = projection.pixels_from_floor(self.points_m.reshape(-1, 2)).reshape(*x.shape, 2)
         self._table = RemapTable(pixels)
-        self._view_table = RemapTable(view.view_pixels(pixels), nearest=True)
+        self._view_table = RemapTable(view.view_pixels(pixels))
         self._ring = (range_m > view.body_range_m) & (range_m < self.reach_m - 2.0 * self.cell_m)
 
     def sample(self, grey: Picture) -> Picture:
@@ -58,7 +58,7 @@ class FloorPatch:
 
     def bare(self, not_floor: NDArray[np.uint8], margin_m: float) -> NDArray[np.bool_]:
         """Return which cells, (size, size), show bare floor at least `margin_m` away from anything in the mask of the view."""
-        seen = self._view_table.sample(not_floor)
+        seen = self._view_table.pick(not_floor)
         width = 2 * round(margin_m / self.cell_m) + 1
         return np.asarray((cv2.dilate(seen, np.ones((width, width), np.uint8)) == 0) & self._ring)
 

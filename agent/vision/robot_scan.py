@@ -45,7 +45,7 @@ class RobotScan:
         Every `turn` is another sector's.
         """
         number = turn % SECTORS
-        outer, inner = np.split(self._tables[number].sample(grey), 2)
+        outer, inner = np.split(self._tables[number].pick(grey), 2)
         contrast = np.minimum(cv2.absdiff(outer, inner), CLIPPED).astype(np.float32)
         base, left, right = (contrast @ _SHARES).T
         scores = np.minimum(base, np.maximum(left, right)) + 0.5 * np.minimum(left, right)
@@ -75,7 +75,8 @@ def _across(projection: FloorProjection, eye_m: Array, polar: Array, radius_m: f
     every = slice(0, BASE_POINTS + 2 * SIDE_POINTS, 2)
     points, normals = shapes.points[:, every], shapes.normals[:, every]
     ends = np.concatenate([points + ACROSS_M * normals, points - ACROSS_M * normals])
-    return RemapTable(projection.pixels_from_points(ends.reshape(-1, 3)).reshape(*ends.shape[:2], 2), nearest=True)
+    pixels = projection.pixels_from_points(ends.reshape(-1, 3)).reshape(*ends.shape[:2], 2)
+    return RemapTable(pixels + 0.5)  # whose whole parts are the nearest pixels
 
 
 def _best(scores: Array, polar: Array, radius_m: float) -> Array:

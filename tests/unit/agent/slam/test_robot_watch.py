@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from agent.geometry import calibrated_projection
-from agent.slam.robot_watch import LOST_FRAMES, PAUSE_FRAMES, TRIES_PER_FRAME, RobotWatch
+from agent.slam.robot_watch import LOST_FRAMES, MOST_A_FRAME, PAUSE_FRAMES, SURE, TRIES_PER_FRAME, RobotWatch
 from agent.vision.floor_view import Picture
 from agent.vision.robot_fit import RobotFit, RobotFitter
 from protocol.geometry import Array
@@ -48,12 +49,24 @@ def watch(fitter: CountingFitter) -> RobotWatch:
     return RobotWatch(fitter, RADIUS_M, np.zeros(2))
 
 
+def convinced(fit: RobotFit) -> float:
+    return SURE
+
+
+def doubtful(fit: RobotFit) -> float:
+    return -0.5 * MOST_A_FRAME
+
+
+def transparent(fit: RobotFit) -> float:
+    return -math.inf
+
+
 def nothing_seen(turn: int) -> Array:
     return NO_BASES
 
 
 def look(watch: RobotWatch, moment: Moment, bases: Array) -> list[RobotFit]:
-    return watch.look(moment.grey, moment.arena_from_body, bases, nothing_seen, lambda place_m: 1.0)
+    return watch.look(moment.grey, moment.arena_from_body, bases, nothing_seen, convinced)
 
 
 def begin(watch: RobotWatch, first: list[Moment]) -> None:
@@ -153,7 +166,7 @@ def test_a_robot_is_still_found_beside_a_resting_place(moments: list[Moment], wa
 
 def test_what_the_floors_border_suggests_does_not_hold_up_what_the_picture_does(moments: list[Moment], watch: RobotWatch) -> None:
     bare = np.array([(0.5, bearing) for bearing in (-0.9, -0.45, 0.0, 0.45, 0.9)])
-    found = watch.look(moments[0].grey, moments[0].arena_from_body, bare, lambda turn: moments[0].bases(), lambda place_m: 1.0)
+    found = watch.look(moments[0].grey, moments[0].arena_from_body, bare, lambda turn: moments[0].bases(), convinced)
     assert len(found) == 2
 
 
@@ -167,7 +180,7 @@ def test_the_picture_is_scanned_all_round_also_while_a_robot_is_in_view_and_neve
         return NO_BASES
 
     for moment in moments[2:10]:
-        watch.look(moment.grey, moment.arena_from_body, NO_BASES, scan, lambda place_m: 1.0)
+        watch.look(moment.grey, moment.arena_from_body, NO_BASES, scan, convinced)
         asked.append(len(turns))
     assert np.diff(turns).tolist() == [1] * (len(turns) - 1)  # each turn another sector, and none left out
     assert sorted(set(np.diff(asked).tolist())) == [0, 2]  # none in the frames in which no new place is tried
@@ -182,11 +195,28 @@ def test_no_more_places_are_tried_in_a_frame_than_time_allows(moments: list[Mome
 
 
 def test_nothing_is_a_robot_through_which_floor_shows(moments: list[Moment], watch: RobotWatch) -> None:
-    found = watch.look(moments[0].grey, moments[0].arena_from_body, moments[0].bases(), nothing_seen, lambda place_m: 0.5)
+    found = watch.look(moments[0].grey, moments[0].arena_from_body, moments[0].bases(), nothing_seen, transparent)
     assert found == []
     begin(watch, moments[PAUSE_FRAMES:])
     moment = moments[PAUSE_FRAMES + 2]
-    assert watch.look(moment.grey, moment.arena_from_body, NO_BASES, nothing_seen, lambda place_m: 0.5) == []
+    assert watch.look(moment.grey, moment.arena_from_body, NO_BASES, nothing_seen, transparent) == []
+
+
+def test_what_does_not_look_like_a_robot_is_none_and_its_place_rests(
+    moments: list[Moment], watch: RobotWatch, fitter: CountingFitter
+) -> None:
+    moment = moments[0]
+    for _ in range(2):
+        assert watch.look(moment.grey, moment.arena_from_body, moment.bases(), nothing_seen, doubtful) == []
+    assert len(fitter.searched) == 2
+
+
+def test_a_robot_that_looked_like_one_for_long_is_believed_for_a_while_and_then_given_up(moments: list[Moment], watch: RobotWatch) -> None:
+    begin(watch, moments)
+    moment = moments[2]
+    counts = [len(watch.look(moment.grey, moment.arena_from_body, NO_BASES, nothing_seen, doubtful)) for _ in range(6)]
+    assert counts == [2, 2, 2, 0, 0, 0]
+    assert look(watch, moment, moment.bases()) == []  # its place rests
 
 
 def test_robots_that_are_out_of_view_are_given_up(moments: list[Moment], watch: RobotWatch) -> None:

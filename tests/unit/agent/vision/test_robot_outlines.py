@@ -7,9 +7,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from agent.rig import Body
-from agent.slam.robot_watch import LEAST_SHOWN
-from agent.vision.robot_outlines import GAP_M, parted_from_robots, shown_share
+from agent.vision.robot_outlines import GAP_M, parted_from_robots
 from protocol.geometry import Array
 from tests.unit.agent.floor_worlds import PROJECTION, VIEW, box, disc, seen, upright
 
@@ -28,16 +26,6 @@ def parts(mask: NDArray[np.uint8]) -> list[NDArray[np.bool_]]:
     count, numbers = cv2.connectedComponents(mask, connectivity=8)
     found = [numbers == number for number in range(1, count)]
     return sorted((part for part in found if part.sum() > 25), key=lambda part: -int(part.sum()))
-
-
-def test_a_robot_can_stand_where_no_floor_shows_through_it() -> None:
-    def shown(mask: NDArray[np.uint8]) -> float:
-        return shown_share(mask, ROBOT, Body(RADIUS_M, 0.3, 0.12, 0.03), VIEW, PROJECTION)
-
-    assert shown(seen(BODY)) == 1.0
-    assert shown(np.zeros_like(seen(BODY))) == 0.0
-    assert shown(seen(upright(disc(ROBOT[0], ROBOT[1], RADIUS_M), 0.1))) < LEAST_SHOWN
-    assert shown(seen(BESIDE)) < 0.3
 
 
 def test_a_thing_that_touches_a_robot_becomes_a_region_of_its_own() -> None:
