@@ -22,13 +22,12 @@ from agent.optics import Optics
 from agent.vision.floor_removal import FloorColours
 from agent.vision.robot_evidence import LEAST_SHOWN, looks, robot_evidence
 from agent.vision.robot_scan import SECTORS, RobotScan
-from deploy.evaluation.tum import read_tum
 from protocol.errors import OmmatidiaError
-from protocol.geometry import Array, Pose2
+from protocol.geometry import Array
 from tests.bench.frames import Case, Subject, open_case
+from tests.bench.true_robots import TrueRobots, stands_there
 
 BAD_USAGE = 2
-SAME_PLACE_M = 0.08  # from a robot's true place: about its radius
 EVERY = 3  # frames: from one to the next little changes
 ROUNDS, RIDGE = 30, 1e-2
 NAMES = ("shown", "beside", "misfit [px]", "better side", "other side", "change", "1")
@@ -88,16 +87,12 @@ def _row(name: str, found: Looks) -> str:
 
 
 def _looks(case: Case, recording: Path) -> Looks:
-    truths = {subject.name: read_tum(recording / "ground_truth" / f"{subject.name}.tum") for subject in case.subjects}
+    truth = TrueRobots(recording, (subject.name for subject in case.subjects))
     rows: list[tuple[Array, float, bool]] = []
     for subject in case.subjects:
-        mine = truths[subject.name]
-        others = [truth for name, truth in truths.items() if name != subject.name]
         for stamp_ns, found in _fits(case, subject):
-            body = Pose2(*mine.poses[np.searchsorted(mine.stamps_ns, stamp_ns).clip(max=len(mine) - 1)])
-            places = np.array([truth.poses[np.searchsorted(truth.stamps_ns, stamp_ns).clip(max=len(truth) - 1), :2] for truth in others])
-            robots_m = body.inverse().apply(places.reshape(-1, 2))
-            rows += [(seen, told, bool((np.hypot(*(robots_m - at).T) < SAME_PLACE_M).any())) for at, seen, told in found]
+            robots_m = truth.others_m(subject.name, stamp_ns)
+            rows += [(seen, told, stands_there(robots_m, place_m)) for place_m, seen, told in found]
     return Looks(np.array([row[0] for row in rows]), np.array([row[1] for row in rows]), np.array([row[2] for row in rows]))
 
 

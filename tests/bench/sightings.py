@@ -1,0 +1,63 @@
+"""`python -m tests.bench.sightings RECORDING...`: how many of the robots that the agents tell of are robots, as a table of Markdown."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections import Counter
+from pathlib import Path
+
+import cv2
+import numpy as np
+
+from agent.drivers.bus_camera import captured
+from agent.methods import make_pipeline
+from protocol.errors import OmmatidiaError
+from protocol.stage_clock import StageClock
+from tests.bench.frames import Case, Subject, open_case
+from tests.bench.true_robots import TrueRobots, stands_there
+
+BAD_USAGE = 2
+NEAR_M = 1.0  # farther out a robot is a few pixels wide
+
+
+def main() -> int:
+    """Run the agents on each recording, print a row for it, and return the exit code."""
+    parser = argparse.ArgumentParser(prog="python -m tests.bench.sightings", description=__doc__)
+    parser.add_argument("recordings", type=Path, nargs="+", metavar="RECORDING", help="as `ommatidia demo --record DIR` leaves one")
+    arguments = parser.parse_args()
+    cv2.setNumThreads(1)
+    print("| recording | sightings of robots | of other things | robots within a metre that were seen |\n|---|---|---|---|")
+    try:
+        for recording in arguments.recordings:
+            case = open_case(recording)
+            truth = TrueRobots(recording, (subject.name for subject in case.subjects))
+            print(_row(case.name, sum((_counts(case, subject, truth) for subject in case.subjects), Counter())), flush=True)
+    except OmmatidiaError as error:
+        print(f"sightings: {error}", file=sys.stderr)
+        return BAD_USAGE
+    return 0
+
+
+def _row(name: str, counts: Counter[str]) -> str:
+    return f"| {name} | {counts['right']} | {counts['wrong']} | {counts['seen'] / max(counts['near'], 1):.1%} |"
+
+
+def _counts(case: Case, subject: Subject, truth: TrueRobots) -> Counter[str]:
+    """Return how many of one robot's sightings are right and wrong, how often a robot was near, and how often such a one was seen."""
+    agent = make_pipeline(subject.name, 0, "full", subject.body, subject.calibration, StageClock())
+    counts: Counter[str] = Counter()
+    for frame in subject.frames():
+        picture = None if frame.stored.encoding == "missing" else captured(frame.stored, case.size_px).picture
+        told = agent.step(frame.stored.stamp_ns, picture, frame.wheels).local_map.sightings
+        robots_m = truth.others_m(subject.name, frame.stored.stamp_ns)
+        places_m = [each.range_m * np.array([np.cos(each.bearing_rad), np.sin(each.bearing_rad)]) for each in told]
+        right = sum(stands_there(robots_m, place_m) for place_m in places_m)
+        near_m = robots_m[np.hypot(*robots_m.T) < NEAR_M]
+        seen = sum(stands_there(np.array(places_m).reshape(-1, 2), robot_m) for robot_m in near_m)
+        counts.update(right=right, wrong=len(told) - right, near=len(near_m), seen=seen)
+    return counts
+
+
+if __name__ == "__main__":
+    sys.exit(main())
