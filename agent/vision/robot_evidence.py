@@ -1,8 +1,7 @@
 """What speaks for a robot where its silhouette was fitted, and against a thing whose pattern has edges in the same places.
 
-A robot is no floor from its foot to its rim, has less of what is no floor beside it than a larger thing has, and is a tube: about as bright
-across it at one height, and brighter, or darker, than what is behind it all along a side, while a pattern changes from one to the other.
-None of it is certain in one picture: it adds up over pictures, as the logarithm of a likelihood ratio.
+A robot is no floor from its foot to its rim, has less of what is no floor beside it than a larger thing has, and is a tube, about as bright
+all across it at one height. None of it is certain in one picture: it adds up over pictures, as the logarithm of a likelihood ratio.
 """
 
 from __future__ import annotations
@@ -23,12 +22,12 @@ NEAR_FACE, ASIDE = 0.85, np.array([-0.5, -0.25, 0.0, 0.25, 0.5])  # of a body's 
 BESIDE_M, BESIDE_RAD = 0.03, np.array([-1.6, 1.6])  # ... from it, and about its axis from the camera's direction: what is left and right
 UPWARDS = np.linspace(0.05, 0.95, 10)  # of its height
 USUAL_CHANGE = 0.15  # of the logarithm of brightness across a robot, where not all of it is in the picture
-MOST_CHANGE = 0.3  # that is counted: the edge of a shadow may lie across a robot
+MOST_CHANGE = 0.25  # that is counted: the edge of a shadow may lie across a robot
 _LOG = np.log(np.arange(256) + 4.0)  # the offset keeps noise in the dark small
 
 # By logistic regression over what is fitted in simulated and recorded drives: `python -m tests.bench.robot_looks`. To miss a robot, which
 # ties the swarm together, costs more than to take a thing for one, so that the last is 2.5 more.
-_WEIGHTS = np.array([26.2, -7.6, -2.1, 1.1, 1.4, -35.1, -12.7])  # in the order of `looks`
+_WEIGHTS = np.array([28.7, -9.6, -2.4, -41.8, -11.7])  # in the order of `looks`
 
 
 def robot_evidence(fit: RobotFit, grey: Picture, not_floor: Mask, body: Body, view: FloorView, projection: FloorProjection) -> float:
@@ -41,15 +40,15 @@ def robot_evidence(fit: RobotFit, grey: Picture, not_floor: Mask, body: Body, vi
 
 
 def looks(fit: RobotFit, grey: Picture, not_floor: Mask, body: Body, view: FloorView, projection: FloorProjection) -> Array:
-    """Return what tells robots from other things, (7,).
+    """Return what tells robots from other things, (5,).
 
-    How much of it, and beside it, is no floor, the misfit, the better and the other side's steadiness, how much brightness changes
-    across it (standard deviation of its logarithm), and 1.
+    How much of it, and beside it, is no floor, the misfit, how much brightness changes across it (standard deviation of its logarithm),
+    and 1.
     """
     face_px = projection.pixels_from_points(_around(fit.centre_m, body, projection, NEAR_FACE * body.body_radius_m, ASIDE))
     left_and_right = _around(fit.centre_m, body, projection, body.body_radius_m + BESIDE_M, BESIDE_RAD)
     shown, beside = (_share(not_floor, view.view_pixels(pixels)) for pixels in (face_px, projection.pixels_from_points(left_and_right)))
-    return np.array([shown, beside, fit.misfit_px, *fit.steadiness, _change_across(grey, face_px), 1.0])
+    return np.array([shown, beside, fit.misfit_px, _change_across(grey, face_px), 1.0])
 
 
 def shown_share(not_floor: Mask, centre_m: Array, body: Body, view: FloorView, projection: FloorProjection) -> float:

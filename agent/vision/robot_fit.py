@@ -32,7 +32,6 @@ _HEIGHTS = np.concatenate([np.zeros(BASE_POINTS), np.tile(np.linspace(SIDE_FROM,
 STEP_M = 1e-3  # of the centre, and outward: for differences
 _AHEAD, _ASIDE = np.array([STEP_M, 0.0, 0.0]), np.array([0.0, STEP_M, 0.0])
 SEARCH_HALF_PX, SEARCH_STEP_PX = 3.0, 0.75  # along the normals
-STEP_SAMPLES = 3  # at either end of a normal, of which the mean tells what is inside and outside
 PREFERENCE_PX = 2.0  # an edge this far from the expected place counts at 60 % of its strength
 LEAST_CONTRAST = 5.0  # grey levels per pixel of an edge
 LEAST_BEND = -1e-6  # of the contrast about its peak
@@ -55,7 +54,6 @@ class RobotFit:
     covariance: Array  # (2, 2) [m^2; body]
     support: float
     misfit_px: float  # median distance of the upright sides from their edges: tells a base from a ring painted above it
-    steadiness: tuple[float, float]  # of both sides, the better first: 1 where one is brighter than what is behind it, or darker, all along
 
 
 class Silhouette(NamedTuple):
@@ -77,15 +75,6 @@ def silhouettes(centres: Array, eye_m: Array, radius_m: float, height_m: float) 
     points[..., :2] += centres[..., None, :]
     points[..., 2] = height_m * _HEIGHTS
     return Silhouette(points, normals)
-
-
-class _Measured(NamedTuple):
-    """What a picture shows along a silhouette of n points."""
-
-    edges_px: Array  # (n,) where the edge is, along the picture's normal
-    found: NDArray[np.bool_]  # (n,) whether there is one
-    slopes: Array  # (n, 2) [px/m] how the point moves along that normal with the centre
-    profiles: Array  # (n, m) grey levels along that normal, from inside to outside
 
 
 class RobotFitter:
@@ -121,7 +110,7 @@ class RobotFitter:
         for _ in range(MAX_ROUNDS):
             if np.hypot(*(centre - self._eye_m)) < 1.2 * self._radius_m:
                 return None
-            edges_px, found, slopes, profiles = self._measure(grey, centre)
+            edges_px, found, slopes = self._measure(grey, centre)
             if found.sum() < LEAST_SUPPORT * found.size / 2.0:
                 return None
             move, weights = _robust_move(slopes[found], edges_px[found])
@@ -138,27 +127,29 @@ class RobotFitter:
         sides = np.abs(residuals[BASE_POINTS:-RIM_POINTS])[found[BASE_POINTS:-RIM_POINTS]]
         spread = np.linalg.inv(slopes[found].T @ (slopes[found] * weights[:, None]) + 1e-9 * np.eye(2))
         # Errors of neighbouring edges go together (shadow, calibration): a quarter of the edges are taken as independent.
-        covariance = np.asarray(4.0 * spread * (scatter + EDGE_SIGMA_PX**2))
-        return RobotFit(centre, covariance, support, float(median(sides)), _steadiness(profiles))
+        return RobotFit(centre, np.asarray(4.0 * spread * (scatter + EDGE_SIGMA_PX**2)), support, float(median(sides)))
 
-    def _measure(self, grey: Picture, centre: Array) -> _Measured:
-        """Return what a picture shows along the silhouette of a robot at a place, (2,) [m; body]."""
+    def _measure(self, grey: Picture, centre: Array) -> tuple[Array, NDArray[np.bool_], Array]:
+        """Return for every silhouette point where its edge is, along the picture's normal, (n,) [px], and whether one was found, (n,).
+
+        The third result, (n, 2) [px/m], is how the point moves along that normal with the centre.
+        """
         points, normals = silhouettes(centre, self._eye_m, self._radius_m, self._height_m)
         moved = np.concatenate([points, points + STEP_M * normals, points + _AHEAD, points + _ASIDE])
         here, *elsewhere = self._projection.pixels_from_points(moved).reshape(4, -1, 2)
         outward, ahead, aside = (pixels - here for pixels in elsewhere)
         normal = outward / np.maximum(np.hypot(outward[:, 0], outward[:, 1]), 1e-9)[:, None]
         slopes = (np.stack([ahead, aside], axis=1) * normal[:, None]).sum(axis=-1) / STEP_M
-        profiles = _sampled(grey, here[:, None] + self._profile_px[None, :, None] * normal[:, None])
-        edges, contrast = self._edges(profiles)
+        edges, contrast = self._edges(grey, here, normal)
         found = (contrast > LEAST_CONTRAST) & np.isfinite(here[:, 0])
-        return _Measured(edges, found, slopes, profiles)
+        return edges, found, slopes
 
-    def _edges(self, profiles: Array) -> tuple[Array, Array]:
-        """Return where along the profiles, (n, m), the strongest edges are, (n,) [px], and their contrast, (n,) [grey levels per px]."""
-        steepness = np.abs(profiles[:, 2:] - profiles[:, :-2]) / (2.0 * SEARCH_STEP_PX)
+    def _edges(self, grey: Picture, here: Array, normal: Array) -> tuple[Array, Array]:
+        """Return the place of the strongest edge near each point along its normal (n,) [px], and its contrast (n,) [grey levels per px]."""
+        values = _sampled(grey, here[:, None] + self._profile_px[None, :, None] * normal[:, None])
+        steepness = np.abs(values[:, 2:] - values[:, :-2]) / (2.0 * SEARCH_STEP_PX)
         strongest = np.argmax(steepness * self._preference, axis=1)
-        rows = np.arange(len(profiles))
+        rows = np.arange(len(here))
         inner = np.clip(strongest, 1, steepness.shape[1] - 2)
         before, at, after = steepness[rows, inner - 1], steepness[rows, inner], steepness[rows, inner + 1]
         bend = before - 2.0 * at + after
@@ -196,14 +187,6 @@ def _robust_move(slopes: Array, edges_px: Array) -> tuple[Array, Array]:
         weighted = slopes * weights[:, None]
         move = solved(weighted.T @ slopes + _DAMPING, weighted.T @ edges_px)
     return move, weights
-
-
-def _steadiness(profiles: Array) -> tuple[float, float]:
-    """Return of both sides, the better first, how steadily one is brighter inside than outside, or darker: 0 to 1."""
-    sides = profiles[BASE_POINTS:-RIM_POINTS].reshape(2, SIDE_POINTS, -1)
-    steps = sides[..., :STEP_SAMPLES].mean(axis=-1) - sides[..., -STEP_SAMPLES:].mean(axis=-1)
-    left, right = np.abs(steps.mean(axis=1)) / np.maximum(np.abs(steps).mean(axis=1), 1e-9)
-    return max(float(left), float(right)), min(float(left), float(right))
 
 
 def _support(agreeing: Array) -> float:

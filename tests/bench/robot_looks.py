@@ -30,13 +30,13 @@ from tests.bench.true_robots import TrueRobots, stands_there
 BAD_USAGE = 2
 EVERY = 3  # frames: from one to the next little changes
 ROUNDS, RIDGE = 30, 1e-2
-NAMES = ("shown", "beside", "misfit [px]", "better side", "other side", "change", "1")
+NAMES = ("shown", "beside", "misfit [px]", "change", "1")
 
 
 class Looks(NamedTuple):
     """What was fitted, n times."""
 
-    seen: Array  # (n, 7) as `looks` returns it
+    seen: Array  # (n, 5) as `looks` returns it
     evidence: Array  # (n,) with the weights in use
     is_robot: NDArray[np.bool_]  # (n,)
 

@@ -34,7 +34,7 @@ def region(outline_m: Array, label: int = 1, flat: bool = False) -> SeenRegion:
 
 
 def robot(x_m: float, y_m: float, covariance: Array) -> RobotFit:
-    return RobotFit(np.array([x_m, y_m]), covariance, support=1.0, misfit_px=0.1, steadiness=(1.0, 1.0))
+    return RobotFit(np.array([x_m, y_m]), covariance, support=1.0, misfit_px=0.1)
 
 
 def reported(regions: list[SeenRegion], robots: list[RobotFit], recognition: Recognition | None = None) -> LocalMap:

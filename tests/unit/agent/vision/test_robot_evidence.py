@@ -1,4 +1,4 @@
-"""What speaks for a robot: it is no floor from foot to rim, not part of something larger, and its sides are steadily brighter or darker."""
+"""What speaks for a robot: it is no floor from foot to rim, not part of something larger, and has no pattern across it."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ BODY = Body(RADIUS_M, HEIGHT_M, 0.12, 0.03)
 ROBOT = np.array([0.6, 0.0])
 MASK = seen(upright(disc(ROBOT[0], ROBOT[1], RADIUS_M), HEIGHT_M))
 BESIDE = seen(upright(box(0.7, 0.9, 0.06) + np.array([0.0, 0.14]), 0.15))
-SHARP = RobotFit(ROBOT, np.eye(2) * 1e-6, support=0.9, misfit_px=0.2, steadiness=(1.0, 0.8))
+SHARP = RobotFit(ROBOT, np.eye(2) * 1e-6, support=0.9, misfit_px=0.2)
 
 
 EVEN = np.full((960, 1280), 120, np.uint8)
@@ -49,14 +49,13 @@ def test_a_robot_alone_and_one_that_touches_a_thing_are_robots() -> None:
     assert evidence(MASK | BESIDE) > 1.0
 
 
-@pytest.mark.parametrize(("radius_m", "height_m"), [(RADIUS_M, 0.2), (0.15, 0.24), (0.2, HEIGHT_M)])
+@pytest.mark.parametrize(("radius_m", "height_m"), [(RADIUS_M, 0.18), (0.15, 0.24), (0.2, HEIGHT_M)])
 def test_a_patterned_thing_that_is_lower_or_wider_is_none(radius_m: float, height_m: float) -> None:
-    patterned = replace(SHARP, misfit_px=0.8, steadiness=(0.5, 0.2))
+    patterned = replace(SHARP, misfit_px=0.8)
     assert evidence(cylinder(radius_m, height_m), patterned, CHEQUERED) < 0.0
 
 
-def test_unsteady_sides_and_edges_beside_them_speak_against_a_robot() -> None:
-    assert evidence(MASK, replace(SHARP, steadiness=(0.4, 0.1))) < evidence(MASK) - 1.0
+def test_edges_beside_its_sides_speak_against_a_robot() -> None:
     assert evidence(MASK, replace(SHARP, misfit_px=1.0)) < evidence(MASK) - 1.0
 
 
