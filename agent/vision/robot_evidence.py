@@ -51,12 +51,6 @@ def looks(fit: RobotFit, grey: Picture, not_floor: Mask, body: Body, view: Floor
     return np.array([shown, beside, fit.misfit_px, _change_across(grey, face_px), 1.0])
 
 
-def shown_share(not_floor: Mask, centre_m: Array, body: Body, view: FloorView, projection: FloorProjection) -> float:
-    """Return how much of the near side of a robot, if it stood at (2,) [body], is no floor in a mask, (rows, cols): 0 to 1."""
-    face = _around(centre_m, body, projection, NEAR_FACE * body.body_radius_m, ASIDE)
-    return _share(not_floor, view.view_pixels(projection.pixels_from_points(face)))
-
-
 def _around(centre_m: Array, body: Body, projection: FloorProjection, radius_m: float, turns_rad: Array) -> Array:
     """Return points, (n, 3) [m; body], at all heights of a robot, about its axis at some turns from the camera's direction."""
     away = projection.body_from_camera[:2, 3] - centre_m

@@ -9,7 +9,7 @@ import pytest
 from numpy.typing import NDArray
 
 from agent.rig import Body
-from agent.vision.robot_evidence import LEAST_SHOWN, robot_evidence, shown_share
+from agent.vision.robot_evidence import LEAST_SHOWN, looks, robot_evidence
 from agent.vision.robot_fit import RobotFit
 from tests.unit.agent.floor_worlds import PROJECTION, VIEW, box, disc, seen, upright
 
@@ -36,7 +36,7 @@ def cylinder(radius_m: float, height_m: float) -> NDArray[np.uint8]:
 
 def test_a_robot_can_stand_where_no_floor_shows_through_it() -> None:
     def shown(mask: NDArray[np.uint8]) -> float:
-        return shown_share(mask, ROBOT, BODY, VIEW, PROJECTION)
+        return float(looks(SHARP, EVEN, mask, BODY, VIEW, PROJECTION)[0])
 
     assert shown(MASK) == 1.0
     assert shown(np.zeros_like(MASK)) == 0.0
