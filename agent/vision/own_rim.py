@@ -28,7 +28,7 @@ CENTRES_PX = ((np.arange(-10.0, 10.1, 2.0), 3), (np.arange(-1.0, 1.1, 0.5), 1))
 NEAR_STEPS = 3  # around the best circle, where the border of each direction is looked for
 LEAST_CONTRAST = 0.3  # of the median border: weaker ones are hidden by what stands on the deck
 LEAST_SHARE = 0.4  # of the directions in which a border has to be found
-GAMMA = 2.2  # steps of brightness are symmetric in light, not in grey levels
+_LIGHT = np.arange(256, dtype=np.float32) ** np.float32(2.2)  # of a grey level: steps of brightness are symmetric in light
 ROUNDS = 6
 
 
@@ -57,7 +57,7 @@ class OwnRim:
 
     def add(self, grey: Picture) -> None:
         """Take one more picture, (rows, cols) grey."""
-        light = cv2.remap(grey, self._places[..., 0], self._places[..., 1], cv2.INTER_LINEAR).astype(np.float32) ** np.float32(GAMMA)
+        light = np.asarray(cv2.LUT(cv2.remap(grey, self._places[..., 0], self._places[..., 1], cv2.INTER_LINEAR), _LIGHT), np.float32)
         smooth = cv2.blur(light / (light.mean() + 1.0), (SMOOTH_STEPS, 1))
         slope = np.gradient(smooth, axis=1).astype(np.float32)
         self._signed += slope
