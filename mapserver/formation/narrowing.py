@@ -14,7 +14,7 @@ from protocol.geometry import Array
 
 LATERAL_STEP_M = 0.02
 SIDE_MARGIN_M = 0.045  # between a follower's body and things beside the trail
-LEAST_STRETCH = 0.05  # on the inside of a bend no lane gets shorter than this share of the trail: nobody drives backwards, or stands while others turn
+LEAST_STRETCH = 0.1  # on the inside of a bend no lane gets shorter than this share of the trail: nobody drives backwards
 SLOPE, EASE_M = 1.0, 0.10  # of a lane that leaves the trail or comes back to it, and over how much of the trail it turns so far
 BLEND_M = 0.45  # of trail, over which a new plan takes over from the old one
 
