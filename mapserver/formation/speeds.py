@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.ndimage import minimum_filter1d
+from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
 from mapserver.formation.trail import STEP_M, Lane, sample
 from protocol.geometry import Array
@@ -28,7 +28,8 @@ def speeds_along(lanes: Sequence[Lane], backs_m: Array, room_m: Array, cruise_m_
         arc_m = STEP_M * np.arange(count) - back_m
         pace = np.abs(1.0 - np.gradient(back_m, STEP_M))  # metres of the trail that it goes for one of the leader's
         limits = np.minimum(limits, most_m_s / np.maximum(pace * sample(lane.stretch, arc_m), 1e-6))
-        limits = np.minimum(limits, MOST_TURN_RAD_S / np.maximum(pace * np.abs(sample(lane.turns, arc_m)), 1e-6))
+        sharpest = maximum_filter1d(np.abs(lane.turns), 3)  # a lane's own samples lie between those of the leader
+        limits = np.minimum(limits, MOST_TURN_RAD_S / np.maximum(pace * sample(sharpest, arc_m), 1e-6))
     limits = minimum_filter1d(limits, 3)  # what is interpolated between two samples keeps the limits of both
     limits[-1] = 0.0
     return stoppable(limits)
