@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 from agent.geometry import calibrated_projection
 from agent.rig import Body, Calibration
 from agent.vision.floor_projection import FloorProjection
+from agent.vision.remap_table import RemapTable
 from protocol.geometry import Array, Pose2
-from tests.bench.correction import remap_table
 
 Picture = NDArray[np.uint8]
 Points = NDArray[np.float32]
@@ -49,7 +49,7 @@ class ClassicalMethod:
         self._cells = round(CELLS_PER_WIDTH * calibration.width_px)
         self._cell_m = 2.0 * REACH_M / self._cells
         floor = self._floor_points()
-        self._map = remap_table(projection.pixels_from_floor(floor).reshape(self._cells, self._cells, 2))
+        self._table = RemapTable(projection.pixels_from_floor(floor).reshape(self._cells, self._cells, 2))
         # The own body stands still in every picture: with its corners, "no motion" would win the vote.
         hidden = np.hypot(*floor.T) < _hidden_range_m(body, projection)
         self._mask = np.where(hidden, 0, 255).astype(np.uint8).reshape(self._cells, self._cells)
@@ -58,7 +58,7 @@ class ClassicalMethod:
 
     def step(self, picture: Picture) -> Pose2 | None:
         """Return previous_from_body by a picture, (rows, cols, 3) BGR; None for the first one, and where no motion was found."""
-        seen = cv2.remap(picture, self._map[0], self._map[1], cv2.INTER_LINEAR)
+        seen = self._table.sample(picture)
         enhanced = np.asarray(self._contrast.apply(cv2.cvtColor(seen, cv2.COLOR_BGR2GRAY)), np.uint8)
         motion = None if self._last is None else self._motion(self._last, enhanced)
         self._last = _BirdsEye(enhanced, self._corners(enhanced))

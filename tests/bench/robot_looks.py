@@ -102,7 +102,7 @@ def _fits(case: Case, subject: Subject) -> Iterator[tuple[int, list[tuple[Array,
     scan = RobotScan(optics.projection, body.body_radius_m, body.body_height_m)
     colours: FloorColours | None = None
     for number, frame in enumerate(subject.frames()):
-        picture = None if frame.stored.encoding == "missing" else captured(frame.stored, case.size_px).picture
+        picture = captured(frame.stored, case.size_px).picture
         if picture is None or number % EVERY:
             continue
         mask, colours = optics.removal.remove(optics.view.reduce(picture), colours)

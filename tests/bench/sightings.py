@@ -48,7 +48,7 @@ def _counts(case: Case, subject: Subject, truth: TrueRobots) -> Counter[str]:
     agent = make_pipeline(subject.name, 0, "full", subject.body, subject.calibration, StageClock())
     counts: Counter[str] = Counter()
     for frame in subject.frames():
-        picture = None if frame.stored.encoding == "missing" else captured(frame.stored, case.size_px).picture
+        picture = captured(frame.stored, case.size_px).picture
         told = agent.step(frame.stored.stamp_ns, picture, frame.wheels).local_map.sightings
         robots_m = truth.others_m(subject.name, frame.stored.stamp_ns)
         places_m = [each.range_m * np.array([np.cos(each.bearing_rad), np.sin(each.bearing_rad)]) for each in told]
