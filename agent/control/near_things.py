@@ -12,15 +12,17 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from agent.control.bare_floor import BareFloor
 from agent.control.borders import NEAR_M, SPACING_M, Borders, body_borders, norms, seen_borders, within
 from agent.control.persistence import Persistence
 from agent.control.trodden import Trodden
 from protocol.geometry import Array, Pose2
 from protocol.messages import LocalMap
 
-THING_S, TRODDEN_S, ROBOT_S = 120.0, 2.0, 0.5  # how long something hidden is remembered; the second, where a robot has been
+THING_S, DOUBTFUL_S, ROBOT_S = 120.0, 2.0, 0.5  # how long something hidden is remembered; the second, where probably nothing stands
 ONE_THING_M = 0.05  # what stands so near to something hidden is remembered with it, though it shows no more: its side may be like the floor
 GOES_ON_RAD, GOES_ON_M = 0.5, 0.02  # something hidden goes on where something is seen in its direction, so near to what is hidden
+UNDER_SHARE = 0.5  # of the own body's radius: nothing stands so near to its middle
 AT_REST_S = 1.0  # what has moved is taken to move for so long after that
 LOCATED_S = 0.5  # for so long a robot is taken to be where the map server last saw it
 
@@ -32,6 +34,7 @@ class KnownBorders(NamedTuple):
     moving: NDArray[np.bool_]  # (n,)
     on_robot: NDArray[np.bool_]  # (n,)
     seen_ns: NDArray[np.int64]  # (n,)
+    on_bare_floor: NDArray[np.bool_]  # (n,) for most pictures, of what is hidden
 
     def select(self, rows: NDArray[Any]) -> KnownBorders:
         """Return some of the points, by mask or index."""
@@ -46,7 +49,8 @@ class KnownBorders(NamedTuple):
         return np.asarray(self.seen_ns + 1e9 * np.where(self.on_robot, ROBOT_S, THING_S))
 
 
-_NOTHING = KnownBorders(np.empty((0, 2)), np.empty(0, dtype=np.bool_), np.empty(0, dtype=np.bool_), np.empty(0, dtype=np.int64))
+_NONE = np.empty(0, dtype=np.bool_)
+_NOTHING = KnownBorders(np.empty((0, 2)), _NONE, _NONE, np.empty(0, dtype=np.int64), _NONE)
 
 
 class NearThings:
@@ -57,6 +61,8 @@ class NearThings:
         self._known = _NOTHING
         self._persistence = Persistence()
         self._trodden = Trodden(body_radius_m)
+        self._bare_floor = BareFloor(body_radius_m)
+        self._used_ns = -1  # the stamp of the last picture that was used
         self._moved_ns: dict[int, int] = {}  # by label, when a thing last moved
         self._located_ns, self._robots_m = 0, np.empty((0, 2))  # when the map server last told, and where other robots were [odom]
 
@@ -65,7 +71,10 @@ class NearThings:
         odom_from_body = Pose2(*local_map.odom_from_body)
         if local_map.picture == "used":
             seen = self._lasting(local_map, odom_from_body)
-            self._known = seen.joined(thinned(self._hidden(seen, odom_from_body, local_map.body_radius_m, local_map.stamp_ns)))
+            self._bare_floor.note(local_map)
+            hidden = self._hidden(seen, odom_from_body, local_map.body_radius_m, local_map.stamp_ns)
+            self._known = seen.joined(thinned(hidden))
+            self._used_ns = local_map.stamp_ns
 
     def note_robots(self, stamp_ns: int, robot: str, centres_m: dict[str, Array]) -> None:
         """Take where robots are, by name, (2,) [odom] each, among them `robot` itself: nothing stands where they have been."""
@@ -93,7 +102,8 @@ class NearThings:
         borders = seen_borders(local_map, robots_m, self._radius_m)
         moving = borders.moving | self._moved_just_now(local_map, borders.labels)
         stamps_ns = np.full(len(moving), local_map.stamp_ns)
-        seen = KnownBorders(odom_from_body.apply(borders.points_m), moving, borders.on_robot, stamps_ns)
+        unweighed = np.zeros(len(moving), dtype=np.bool_)
+        seen = KnownBorders(odom_from_body.apply(borders.points_m), moving, borders.on_robot, stamps_ns, unweighed)
         return seen.select(self._persistence.lasting(seen.points_m, borders.labels))
 
     def _moved_just_now(self, local_map: LocalMap, labels: NDArray[np.int64]) -> NDArray[np.bool_]:
@@ -110,17 +120,26 @@ class NearThings:
             moving=known.moving & (stamp_ns - known.seen_ns <= 1e9 * AT_REST_S)
         )  # later nothing tells that it still does
         body_from_odom = odom_from_body.inverse()
+        known = known.select(norms(body_from_odom.apply(known.points_m)) > UNDER_SHARE * self._radius_m)
         is_hidden = norms(body_from_odom.apply(known.points_m)) < hidden_range_m
         known = known.select(is_hidden | (~known.moving & within(known.points_m, known.points_m[is_hidden & ~known.moving], ONE_THING_M)))
-        is_old = stamp_ns - known.seen_ns > 1e9 * TRODDEN_S
+        known = self._weighed(known)
+        is_old = stamp_ns - known.seen_ns > 1e9 * DOUBTFUL_S
         return known.select(~(is_old & self._is_doubtful(known, seen, body_from_odom, hidden_range_m))) if is_old.any() else known
 
+    def _weighed(self, known: KnownBorders) -> KnownBorders:
+        """Return what is hidden, and of what still showed in the last picture, whether that is bare floor for most pictures."""
+        last = np.flatnonzero(known.seen_ns == self._used_ns)
+        on_bare_floor = known.on_bare_floor.copy()
+        on_bare_floor[last] = self._bare_floor.mostly(known.points_m[last])
+        return known._replace(on_bare_floor=on_bare_floor)
+
     def _is_doubtful(self, known: KnownBorders, seen: KnownBorders, body_from_odom: Pose2, hidden_range_m: float) -> NDArray[np.bool_]:
-        """Tell which hidden points, (n,), lie where a robot has been, and nothing is seen right behind them but what does so, too."""
+        """Tell which hidden points, (n,), lie on bare floor or where a robot has been, with nothing seen right behind but more of that."""
         beside = seen.select(norms(body_from_odom.apply(seen.points_m)) < hidden_range_m + GOES_ON_M)
         others = beside.select(~self._trodden.holds(beside.points_m))
         goes_on = _go_on(body_from_odom.apply(known.points_m), body_from_odom.apply(others.points_m))
-        return self._trodden.holds(known.points_m) & ~goes_on
+        return (known.on_bare_floor | self._trodden.holds(known.points_m)) & ~goes_on
 
 
 def _go_on(hidden_m: Array, seen_m: Array) -> NDArray[np.bool_]:

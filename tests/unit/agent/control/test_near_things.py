@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from agent.control.borders import NEAR_M, SPACING_M, along_border, seen_borders
-from agent.control.near_things import AT_REST_S, LOCATED_S, ONE_THING_M, ROBOT_S, THING_S, TRODDEN_S, NearThings
+from agent.control.near_things import AT_REST_S, DOUBTFUL_S, LOCATED_S, ONE_THING_M, ROBOT_S, THING_S, NearThings
 from protocol.geometry import Array, Pose2
 from protocol.messages import Region
 from tests.unit.agent.control.local_maps import HIDDEN_M, MS, Motion, box, local_map, region, sighting
@@ -199,7 +199,7 @@ def remembered_for_s(near: NearThings, *seen_later: Region) -> float:
 
 
 def test_what_is_hidden_where_a_robot_has_been_is_not_remembered_for_long() -> None:
-    for centre_m, lasts_s in (((0.1, 0.02), TRODDEN_S), ((0.1, 0.12), THING_S)):
+    for centre_m, lasts_s in (((0.1, 0.02), DOUBTFUL_S), ((0.1, 0.12), THING_S)):
         near = NearThings(RADIUS_M)
         near.note_robots(0, "r1", {"r2": np.array(centre_m)})
         near.note_robots(0, "r1", {"r2": np.ones(2)})
@@ -207,7 +207,7 @@ def test_what_is_hidden_where_a_robot_has_been_is_not_remembered_for_long() -> N
 
 
 def test_it_is_remembered_while_something_is_seen_behind_it() -> None:
-    for place, lasts_s in ((box(0.24, 0.0, 0.08, 0.04), THING_S), (box(-0.24, 0.0, 0.08, 0.04), TRODDEN_S)):
+    for place, lasts_s in ((box(0.24, 0.0, 0.08, 0.04), THING_S), (box(-0.24, 0.0, 0.08, 0.04), DOUBTFUL_S)):
         near = NearThings(RADIUS_M)
         near.note_robots(0, "r1", {"r2": np.array([0.1, 0.02])})
         near.note_robots(0, "r1", {"r2": np.ones(2)})
@@ -221,3 +221,29 @@ def test_a_thing_of_which_a_part_is_hidden_is_remembered_with_what_stands_beside
     kept_m = near.around(arrived).points_m
     assert np.hypot(*kept_m.T).max() < HIDDEN_M + ONE_THING_M
     assert np.abs(kept_m[:, 1]).max() > np.sqrt(HIDDEN_M**2 - 0.15**2) + 0.5 * ONE_THING_M  # hidden is less of its face
+
+
+def remembered_for_s_after(near: NearThings, shown: int) -> float:
+    """Return for how long a thing is remembered that shows in so many of ten pictures before the own body hides it."""
+    thing, last = region(box(0.25, 0.0, 0.02, 0.02)), Pose2(-0.15, 0.0, 0.0)
+    for step in range(10):
+        near.see(local_map(100 * step, [thing] if step >= 10 - shown else (), odom_from_body=last))
+    for tenths in range(round(10 * THING_S) + 2):
+        near.see(local_map(1000 + 100 * tenths))
+        if nearest(near, Pose2.identity()) > 0.12:
+            return 0.1 * tenths
+    return math.inf
+
+
+@pytest.mark.parametrize(("shown", "lasts_s"), [(3, DOUBTFUL_S), (6, THING_S)])
+def test_what_most_pictures_show_as_bare_floor_is_not_remembered_for_long(shown: int, lasts_s: float) -> None:
+    assert remembered_for_s_after(NearThings(RADIUS_M), shown) == pytest.approx(lasts_s, abs=0.11)
+
+
+def test_what_would_stand_in_the_own_bodys_middle_is_forgotten() -> None:
+    near = NearThings(RADIUS_M)
+    near.see(local_map(0, [region(box(0.3, 0.0, 0.02, 0.02))]))
+    near.see(local_map(100, odom_from_body=Pose2(0.3 - 0.8 * RADIUS_M, 0.0, 0.0)))
+    assert nearest(near, Pose2(0.3, 0.0, 0.0)) < 0.02
+    near.see(local_map(200, odom_from_body=Pose2(0.3, 0.0, 0.0)))
+    assert nearest(near, Pose2(0.3, 0.0, 0.0)) == math.inf

@@ -200,12 +200,13 @@ def test_a_thing_in_the_way_slows_and_stops_the_robot(drive: Drive) -> None:
 
 
 def held_up(drive: Drive, box_m: float) -> int:
-    """Drive up to a box that far ahead of the start until the own body hides it; return the stamp [ms] of arrival."""
-    for step in range(6, 11):
-        drive.step(100 * step, 0.015 * step, (box_m - 0.015 * step, 0.0))
-    for step in range(11, 16):
-        drive.step(100 * step, 0.015 * step)
-    return 1500
+    """Stand before a box that far ahead of the start, and drive up to it until the own body hides it; return the stamp [ms] of arrival."""
+    for step in range(6, 16):
+        x_m = 0.015 * max(step - 5, 6)
+        drive.step(100 * step, x_m, (box_m - x_m, 0.0))
+    for step in range(16, 21):
+        drive.step(100 * step, 0.015 * (step - 5))
+    return 2000
 
 
 def test_a_robot_that_only_something_hidden_holds_up_steps_back_and_goes_on_when_nothing_is_there(drive: Drive) -> None:
