@@ -52,6 +52,11 @@ def track(body_from_reference: Pose2, reference: Twist) -> Twist:
     return _settle(body_from_reference) if distance_m < ARRIVED_M else _approach(body_from_reference, 0.0)
 
 
+def caught_up_m_s(behind_m: float) -> float:
+    """Return by how much faster than its reference a robot is to be that is so far behind it."""
+    return _within(ALONG_PER_S * behind_m, CATCH_UP_M_S)
+
+
 def _follow(error: Pose2, reference: Twist) -> Twist:
     """Return the twist that stays with a moving reference.
 
@@ -60,7 +65,7 @@ def _follow(error: Pose2, reference: Twist) -> Twist:
     """
     side = max(-1.0, min(1.0, reference.speed_m_s / CREEPS_M_S))
     aim_rad = wrap_angle(error.theta_rad + side * math.atan(error.y_m / ACROSS_M))
-    speed = reference.speed_m_s * math.cos(error.theta_rad) + _within(ALONG_PER_S * error.x_m, CATCH_UP_M_S)
+    speed = reference.speed_m_s * math.cos(error.theta_rad) + caught_up_m_s(error.x_m)
     return Twist(speed, reference.turn_rad_s + HEADING_PER_S * aim_rad)
 
 

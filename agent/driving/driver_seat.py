@@ -12,6 +12,7 @@ from collections.abc import Callable
 from typing import Literal, NamedTuple
 
 from agent.control.course import Course
+from agent.control.lane import Lane
 from agent.control.limits import DriveLimits, applied
 from agent.control.near_things import NearThings
 from agent.control.safety import Checked, Keeping, checked
@@ -70,7 +71,7 @@ class DriverSeat:
         self._wheels = WheelGeometry(body.wheel_radius_m, body.wheel_base_m)
         self._keeping = Keeping(body.body_radius_m, margin_m, limits.max_speed_m_s)
         self._course, self._gate, self._near = Course(self._wheels), SetpointGate(robot, limits), NearThings(body.body_radius_m)
-        self._trail = Trail()
+        self._trail, self._lane = Trail(), Lane()
         self._seen_ns: int | None = None  # the last usable picture
         self._poses_ns = -1  # the last poses
         self._decided: tuple[int, int, int] | None = None  # epoch and seq of the setpoints, and the stamp of the robot's pose
@@ -150,6 +151,7 @@ class DriverSeat:
             return self._stand(pose_ns, found.reason)
         if blindness := self._blindness(pose_ns):
             return self._stand(pose_ns, blindness)
+        self._lane.note(broadcast.stamp_ns, found.arena_from_body)
         return self._drive(found.later(1e-9 * (pose_ns - broadcast.stamp_ns)), pose_ns, odom_from_body, arena_from_body)
 
     def _drive(self, reference: Reference, pose_ns: int, odom_from_body: Pose2, arena_from_body: Pose2) -> Decision:
@@ -162,7 +164,8 @@ class DriverSeat:
             wanted = track(odom_from_body.between(self._trail.back(odom_from_body)), STANDING)
             around = around.joined(self._near.robots(odom_from_body))  # one close behind may be hidden as well
         else:
-            wanted = track(body_from_reference, reference.twist)
+            followed = self._lane.reference(reference, arena_from_body)
+            wanted = track(arena_from_body.between(followed.arena_from_body), followed.twist)
         wanted = applied(wanted, done.twist, elapsed_s, self._limits)
         safe = checked(wanted, around, self._keeping)
         is_behind = math.hypot(body_from_reference.x_m, body_from_reference.y_m) >= BEHIND_M
