@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from agent.control.bare_floor import BEYOND_M, LEAST_VIEWS, MOST_RANGE_M, VIEWS, BareFloor
-from protocol.geometry import Pose2
+from protocol.geometry import Array, Pose2
 from protocol.messages import LocalMap
 from tests.unit.agent.control.local_maps import HIDDEN_M, box, local_map, region, sighting
 
@@ -15,11 +15,11 @@ THING = [region(box(0.32, 0.0, 0.1, 0.1)), region(box(-0.4, 0.3), label=2)]
 BORDER = np.array([(0.27, 0.02)])  # its near side
 
 
-def tells(points_m: np.ndarray, *maps: LocalMap) -> list[bool]:
+def tells(points_m: Array, *maps: LocalMap) -> list[bool]:
     bare_floor = BareFloor(RADIUS_M)
     for each in maps:
         bare_floor.note(each)
-    return bare_floor.mostly(points_m).tolist()
+    return [bool(each) for each in bare_floor.mostly(points_m)]
 
 
 @pytest.mark.parametrize(("with_thing", "is_bare"), [(0, True), (4, True), (5, False), (10, False)])
