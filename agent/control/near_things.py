@@ -22,6 +22,7 @@ from protocol.messages import LocalMap
 THING_S, DOUBTFUL_S, ROBOT_S = 120.0, 2.0, 0.5  # how long something hidden is remembered; the second, where probably nothing stands
 ONE_THING_M = 0.05  # what stands so near to something hidden is remembered with it, though it shows no more: its side may be like the floor
 GOES_ON_RAD, GOES_ON_M = 0.5, 0.02  # something hidden goes on where something is seen in its direction, so near to what is hidden
+HIDDEN_M = 0.01  # behind the edge of what the own body hides: farther in, an outline is only guessed
 UNDER_SHARE = 0.5  # of the own body's radius: nothing stands so near to its middle
 AT_REST_S = 1.0  # what has moved is taken to move for so long after that
 LOCATED_S = 0.5  # for so long a robot is taken to be where the map server last saw it
@@ -104,7 +105,8 @@ class NearThings:
         stamps_ns = np.full(len(moving), local_map.stamp_ns)
         unweighed = np.zeros(len(moving), dtype=np.bool_)
         seen = KnownBorders(odom_from_body.apply(borders.points_m), moving, borders.on_robot, stamps_ns, unweighed)
-        return seen.select(self._persistence.lasting(seen.points_m, borders.labels))
+        is_hidden = norms(borders.points_m) < local_map.body_radius_m - HIDDEN_M
+        return seen.select(self._persistence.lasting(seen.points_m, borders.labels, is_hidden))
 
     def _moved_just_now(self, local_map: LocalMap, labels: NDArray[np.int64]) -> NDArray[np.bool_]:
         """Tell of which border points the things, by their labels, (n,), move, or did lately; a robot beside a thing does not move it."""

@@ -30,17 +30,22 @@ class Persistence:
     def __init__(self) -> None:
         self._past: deque[_Past] = deque(maxlen=MAPS)
 
-    def lasting(self, points_m: Array, labels: NDArray[np.int64]) -> NDArray[np.bool_]:
+    def lasting(self, points_m: Array, labels: NDArray[np.int64], is_hidden: NDArray[np.bool_]) -> NDArray[np.bool_]:
         """Tell which of a local map's border points, (n, 2) [odom], of things with labels (n,), were there before as well.
 
-        A thing is known again by its label or by its place, since what moves keeps no place, and what has no corners keeps no label.
-        Sighted robots are sure at once. As long as there are too few maps, everything lasts.
+        A thing is known again by its label or by its place, since what moves keeps no place, and what has no corners keeps no label. Where
+        an outline leads under the own body, (n,), that is only concluded: it has to have been there in all of the maps. Sighted robots are
+        sure at once. As long as there are too few maps, everything lasts.
         """
         cells = np.floor(points_m / SAME_PLACE_M).astype(np.int64)
         own = _numbers(cells)
         lasts = (labels == SIGHTED) | (len(self._past) < MAPS)
+        always = np.ones(len(labels), dtype=np.bool_)
         for past in self._past:
-            lasts |= np.isin(labels, past.labels) | np.isin(own, past.cells)
+            is_there = np.isin(own, past.cells)
+            lasts |= ~is_hidden & (is_there | np.isin(labels, past.labels))
+            always &= is_there
+        lasts |= always
         around = _numbers((cells[:, None] + _NEIGHBOURS).reshape(-1, 2))
         self._past.append(_Past(np.unique(labels), np.unique(around)))
         return np.asarray(lasts)

@@ -179,6 +179,16 @@ def test_what_flickers_is_no_thing_and_what_is_seen_again_is_one() -> None:
     assert nearest(near, Pose2.identity()) == pytest.approx(0.39, abs=1e-3)
 
 
+def test_an_outline_that_leads_under_the_own_body_is_believed_in_once_it_always_did() -> None:
+    near = NearThings(RADIUS_M)
+    for step in range(2):
+        near.see(local_map(100 * step, [region(box(0.4, 0.0))]))
+    nearer = [region(box(0.32, 0.0, 0.36, 0.2))]  # its near side is 0.14 m ahead
+    for stamp_ms, least_m in ((200, HIDDEN_M - 0.01), (300, HIDDEN_M - 0.01), (400, 0.14)):
+        near.see(local_map(stamp_ms, nearer))
+        assert nearest(near, Pose2.identity()) == pytest.approx(least_m, abs=0.01)
+
+
 def test_a_sighted_robot_is_believed_in_at_once() -> None:
     near = NearThings(RADIUS_M)
     near.see(local_map(0))

@@ -190,7 +190,8 @@ def test_the_pose_of_the_map_server_is_followed_and_not_the_robots_own(drive: Dr
 
 
 def test_a_thing_in_the_way_slows_and_stops_the_robot(drive: Drive) -> None:
-    drive.step(550, 0.0825, (0.268, 0.0))
+    drive.step(530, 0.08, (0.27, 0.0))
+    drive.step(560, 0.084, (0.266, 0.0))
     slowed = drive.step(600, 0.09, (0.26, 0.0))  # 8.5 cm before the body
     assert slowed is not None
     assert 0.0 < slowed.left_rad_s < WHEEL_RAD_S
