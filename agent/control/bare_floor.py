@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from agent.control.borders import norms, within
+from agent.control.borders import norms, sighted_m, within
 from protocol.geometry import Array, Pose2
 from protocol.messages import LocalMap
 
@@ -41,7 +41,6 @@ class BareFloor:
         outlines_m = [region.outline.metres() for region in local_map.regions]
         outlines_m = [outline_m for outline_m in outlines_m if norms(outline_m).min() < MOST_RANGE_M + BEYOND_M]
         ends_m = [np.roll(outline_m, -1, axis=0) for outline_m in outlines_m]
-        robots_m = np.array([(s.range_m * np.cos(s.bearing_rad), s.range_m * np.sin(s.bearing_rad)) for s in local_map.sightings])
         self._views.append(
             _View(
                 Pose2(*local_map.odom_from_body).inverse(),
@@ -49,7 +48,7 @@ class BareFloor:
                 np.concatenate([np.empty((0, 2)), *outlines_m]),
                 np.concatenate([np.empty((0, 2)), *ends_m]),
                 np.cumsum([0, *map(len, outlines_m)])[:-1],
-                robots_m.reshape(-1, 2),
+                sighted_m(local_map),
             )
         )
 

@@ -43,7 +43,7 @@ def seen_borders(local_map: LocalMap, robots_m: Array, body_radius_m: float) -> 
 
     `robots_m`, (k, 2) [body], is where other robots are, sighted or not.
     """
-    bodies = np.array([(s.range_m * np.cos(s.bearing_rad), s.range_m * np.sin(s.bearing_rad)) for s in local_map.sightings]).reshape(-1, 2)
+    bodies = sighted_m(local_map)
     outlines = [region.outline.metres() for region in local_map.regions]
     things = [(region, outline) for region, outline in zip(local_map.regions, outlines, strict=True) if _is_thing(outline, local_map)]
     points, owner = _near_points([outline for _, outline in things])
@@ -57,6 +57,11 @@ def seen_borders(local_map: LocalMap, robots_m: Array, body_radius_m: float) -> 
         np.concatenate([on_robot, robots.moving]),
         np.concatenate([labels, np.full(len(robots.points_m), SIGHTED)]),
     )
+
+
+def sighted_m(local_map: LocalMap) -> Array:
+    """Return where a local map's sighted robots are, (k, 2) [body]."""
+    return np.array([(s.range_m * np.cos(s.bearing_rad), s.range_m * np.sin(s.bearing_rad)) for s in local_map.sightings]).reshape(-1, 2)
 
 
 def body_borders(centres_m: Array, body_radius_m: float) -> Borders:

@@ -25,18 +25,18 @@ class Lane:
     def __init__(self) -> None:
         self._places_m = np.empty((0, 2))  # [arena]
         self._stamp_ns = 0  # of the last reference
-        self._last_m = (math.inf, math.inf)
 
     def note(self, stamp_ns: int, arena_from_body: Pose2) -> None:
         """Take where the robot should be at a stamp."""
         place_m = arena_from_body[:2]
-        if math.dist(place_m, self._last_m) > JUMP_M + FASTEST_M_S * 1e-9 * max(stamp_ns - self._stamp_ns, 0):
+        most_m = JUMP_M + FASTEST_M_S * 1e-9 * max(stamp_ns - self._stamp_ns, 0)
+        if not len(self._places_m) or math.dist(place_m, self._places_m[-1]) > most_m:
             self._places_m = np.array([place_m])
         way_m = place_m - self._places_m[-1]
         length_m = max(float(np.hypot(*way_m)), 1e-9)
         steps = np.arange(1, int(length_m / SPACING_M) + 1)
         self._places_m = np.vstack([self._places_m, self._places_m[-1] + steps[:, None] * SPACING_M / length_m * way_m])[-LONGEST:]
-        self._stamp_ns, self._last_m = stamp_ns, place_m
+        self._stamp_ns = stamp_ns
 
     def reference(self, reference: Reference, arena_from_body: Pose2) -> Reference:
         """Return what to follow from where the robot is: the reference, or, far behind it, the way that it took, as fast as to catch up."""

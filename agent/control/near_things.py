@@ -122,8 +122,9 @@ class NearThings:
             moving=known.moving & (stamp_ns - known.seen_ns <= 1e9 * AT_REST_S)
         )  # later nothing tells that it still does
         body_from_odom = odom_from_body.inverse()
-        known = known.select(norms(body_from_odom.apply(known.points_m)) > UNDER_SHARE * self._radius_m)
-        is_hidden = norms(body_from_odom.apply(known.points_m)) < hidden_range_m
+        ranges_m = norms(body_from_odom.apply(known.points_m))
+        is_outside = ranges_m > UNDER_SHARE * self._radius_m
+        known, is_hidden = known.select(is_outside), ranges_m[is_outside] < hidden_range_m
         known = known.select(is_hidden | (~known.moving & within(known.points_m, known.points_m[is_hidden & ~known.moving], ONE_THING_M)))
         known = self._weighed(known)
         is_old = stamp_ns - known.seen_ns > 1e9 * DOUBTFUL_S

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import argparse
 import sys
 from collections import Counter
 from pathlib import Path
 
-import cv2
 import numpy as np
 import shapely
 from numpy.typing import NDArray
@@ -16,37 +14,31 @@ from agent.control.near_things import NearThings
 from agent.drivers.bus_camera import captured
 from agent.methods import make_pipeline
 from deploy.evaluation.truth import Truth, read_truth
-from protocol.errors import OmmatidiaError
 from protocol.geometry import Array, Pose2
 from protocol.stage_clock import StageClock
 from tests.bench.frames import Case, Subject, open_case
+from tests.bench.on_recordings import print_table
+from tests.bench.true_robots import TrueRobots
 
-BAD_USAGE = 2
 BESIDE_M = 0.025  # from the body's edge: what is taken to stand so near may hold the robot up
 NOTHING_M = 0.03  # from all that is true: there nothing stands
 CLOSE_M, KNOWN_M = 0.05, 0.02  # a thing so near to the body's edge has to be known, and so exactly
-_HEADER = "| recording | pictures | something beside it that is not there | a thing close by | not known |\n|---|---|---|---|---|"
+_HEADER = "| recording | pictures | something beside it that is not there | a thing close by | not known |"
 
 
 def main() -> int:
     """Run agents and guards on each recording, print a row for it, and return the exit code."""
-    parser = argparse.ArgumentParser(prog="python -m tests.bench.guard_memory", description=__doc__)
-    parser.add_argument("recordings", type=Path, nargs="+", metavar="RECORDING", help="as `ommatidia demo --record DIR` leaves one")
-    arguments = parser.parse_args()
-    cv2.setNumThreads(1)
-    print(_HEADER)
-    try:
-        for recording in arguments.recordings:
-            case, truth = open_case(recording), read_truth(recording)
-            counts = sum((_counts(case, subject, truth) for subject in case.subjects), Counter[str]())
-            print(f"| {case.name} | {case.count()} | {counts['phantom']} | {counts['close']} | {counts['unknown']} |", flush=True)
-    except OmmatidiaError as error:
-        print(f"guard_memory: {error}", file=sys.stderr)
-        return BAD_USAGE
-    return 0
+    return print_table("guard_memory", __doc__, _HEADER, _row)
 
 
-def _counts(case: Case, subject: Subject, truth: Truth) -> Counter[str]:
+def _row(recording: Path) -> str:
+    case, truth = open_case(recording), read_truth(recording)
+    robots = TrueRobots(recording, truth.trajectories)
+    counts = sum((_counts(case, subject, truth, robots) for subject in case.subjects), Counter[str]())
+    return f"| {case.name} | {case.count()} | {counts['phantom']} | {counts['close']} | {counts['unknown']} |"
+
+
+def _counts(case: Case, subject: Subject, truth: Truth, true_robots: TrueRobots) -> Counter[str]:
     """Return in how many of one robot's pictures a phantom stood beside it, a thing was close, and that was not known."""
     agent = make_pipeline(subject.name, 0, "full", subject.body, subject.calibration, StageClock())
     near = NearThings(subject.body.body_radius_m)
@@ -55,7 +47,7 @@ def _counts(case: Case, subject: Subject, truth: Truth) -> Counter[str]:
     for frame in subject.frames():
         stamp_ns = frame.stored.stamp_ns
         local_map = agent.step(stamp_ns, captured(frame.stored, case.size_px).picture, frame.wheels).local_map
-        places = {name: _pose(truth, name, stamp_ns) for name in truth.trajectories}
+        places = {name: true_robots.pose(name, stamp_ns) for name in truth.trajectories}
         odom_from_body, arena_from_body = Pose2(*local_map.odom_from_body), places[subject.name]
         odom_from_arena = odom_from_body @ arena_from_body.inverse()
         near.see(local_map)
@@ -76,12 +68,6 @@ def _off_m(points_m: Array, things: shapely.Geometry) -> Array:
     """Return how far points, (n, 2), are from all things, (n,)."""
     points: NDArray[np.object_] = shapely.points(points_m)
     return np.asarray(shapely.distance(points, things), dtype=np.float64)
-
-
-def _pose(truth: Truth, name: str, stamp_ns: int) -> Pose2:
-    """Return where a robot was at a stamp, or at the next one that is known."""
-    path = truth.trajectories[name]
-    return Pose2(*path.poses[min(int(np.searchsorted(path.stamps_ns, stamp_ns)), len(path) - 1)].tolist())
 
 
 if __name__ == "__main__":

@@ -7,7 +7,6 @@ that are in use.
 
 from __future__ import annotations
 
-import argparse
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -22,12 +21,11 @@ from agent.optics import Optics
 from agent.vision.floor_removal import FloorColours
 from agent.vision.robot_evidence import LEAST_SHOWN, looks, robot_evidence
 from agent.vision.robot_scan import SECTORS, RobotScan
-from protocol.errors import OmmatidiaError
 from protocol.geometry import Array
 from tests.bench.frames import Case, Subject, open_case
+from tests.bench.on_recordings import print_table
 from tests.bench.true_robots import TrueRobots, stands_there
 
-BAD_USAGE = 2
 EVERY = 3  # frames: from one to the next little changes
 ROUNDS, RIDGE = 30, 1e-2
 NAMES = ("shown", "beside", "misfit [px]", "change", "1")
@@ -43,21 +41,15 @@ class Looks(NamedTuple):
 
 def main() -> int:
     """Take all recordings together, print the table and the weights, and return the exit code."""
-    parser = argparse.ArgumentParser(
-        prog="python -m tests.bench.robot_looks", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    parser.add_argument("recordings", type=Path, nargs="+", metavar="RECORDING", help="as `ommatidia demo --record DIR` leaves one")
-    arguments = parser.parse_args()
-    cv2.setNumThreads(1)
-    print("| recording | robots | taken for one | other things | taken for one |\n|---|---|---|---|---|")
     every: list[Looks] = []
-    try:
-        for recording in arguments.recordings:
-            every.append(_looks(open_case(recording), recording))
-            print(_row(recording.resolve().name, every[-1]), flush=True)
-    except OmmatidiaError as error:
-        print(f"robot_looks: {error}", file=sys.stderr)
-        return BAD_USAGE
+
+    def row(recording: Path) -> str:
+        every.append(_looks(open_case(recording), recording))
+        return _row(recording.resolve().name, every[-1])
+
+    header = "| recording | robots | taken for one | other things | taken for one |"
+    if exit_code := print_table("robot_looks", __doc__, header, row):
+        return exit_code
     shown = np.concatenate([each.seen for each in every]), np.concatenate([each.is_robot for each in every])
     for name, weight in zip(NAMES, weights(*shown).tolist(), strict=True):
         print(f"{name:12} {weight:6.1f}")

@@ -2,45 +2,34 @@
 
 from __future__ import annotations
 
-import argparse
 import sys
 from collections import Counter
 from pathlib import Path
 
-import cv2
 import numpy as np
 
 from agent.drivers.bus_camera import captured
 from agent.methods import make_pipeline
-from protocol.errors import OmmatidiaError
 from protocol.stage_clock import StageClock
 from tests.bench.frames import Case, Subject, open_case
+from tests.bench.on_recordings import print_table
 from tests.bench.true_robots import TrueRobots, stands_there
 
-BAD_USAGE = 2
 NEAR_M = 1.0  # farther out a robot is a few pixels wide
 
 
 def main() -> int:
     """Run the agents on each recording, print a row for it, and return the exit code."""
-    parser = argparse.ArgumentParser(prog="python -m tests.bench.sightings", description=__doc__)
-    parser.add_argument("recordings", type=Path, nargs="+", metavar="RECORDING", help="as `ommatidia demo --record DIR` leaves one")
-    arguments = parser.parse_args()
-    cv2.setNumThreads(1)
-    print("| recording | sightings of robots | of other things | robots within a metre that were seen |\n|---|---|---|---|")
-    try:
-        for recording in arguments.recordings:
-            case = open_case(recording)
-            truth = TrueRobots(recording, (subject.name for subject in case.subjects))
-            print(_row(case.name, sum((_counts(case, subject, truth) for subject in case.subjects), Counter())), flush=True)
-    except OmmatidiaError as error:
-        print(f"sightings: {error}", file=sys.stderr)
-        return BAD_USAGE
-    return 0
+    return print_table(
+        "sightings", __doc__, "| recording | sightings of robots | of other things | robots within a metre that were seen |", _row
+    )
 
 
-def _row(name: str, counts: Counter[str]) -> str:
-    return f"| {name} | {counts['right']} | {counts['wrong']} | {counts['seen'] / max(counts['near'], 1):.1%} |"
+def _row(recording: Path) -> str:
+    case = open_case(recording)
+    truth = TrueRobots(recording, (subject.name for subject in case.subjects))
+    counts = sum((_counts(case, subject, truth) for subject in case.subjects), Counter[str]())
+    return f"| {case.name} | {counts['right']} | {counts['wrong']} | {counts['seen'] / max(counts['near'], 1):.1%} |"
 
 
 def _counts(case: Case, subject: Subject, truth: TrueRobots) -> Counter[str]:

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 from tests.bench.frames import EXCERPT
 from tests.bench.robot_looks import weights
-from tests.bench.sightings import BAD_USAGE, main
+from tests.bench.sightings import main
 from tests.bench.true_robots import TrueRobots, stands_there
 
 
@@ -30,14 +29,6 @@ def test_the_excerpts_sightings_are_robots(monkeypatch: pytest.MonkeyPatch, caps
     assert int(right) > 250
     assert int(wrong) == 0
     assert float(seen.strip(" %")) > 90.0
-
-
-def test_a_folder_that_is_no_recording_gets_one_clear_line(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    monkeypatch.setattr(sys, "argv", ["sightings", str(tmp_path)])
-    assert main() == BAD_USAGE
-    assert len(capsys.readouterr().err.splitlines()) == 1
 
 
 def test_weights_are_those_the_examples_were_drawn_with() -> None:
