@@ -19,9 +19,9 @@ from protocol.geometry import Array
 
 BACK_STEP_M = 0.02  # between the distances behind the leader that are tried
 SPARE_BACK_M = 0.8  # farther back than in its column a follower may fall
-FASTEST_PACE = 3.0  # metres of the trail for one of the leader's, of a follower that catches up
+FASTEST_PACE = 2.0  # metres of the trail for one of the leader's, of a follower that catches up
 EASE_STEPS = 6  # half the length over which paces change
-BLEND_M = 0.30  # of trail, over which a new plan takes over
+BLEND_M = 0.20  # of trail, over which a new plan takes over
 ROUNDS = 4  # of finding a way past all forbidden regions
 
 
